@@ -1,0 +1,67 @@
+// Folding: in which order and how far the joints turn between object mode and character mode (paper, section 6).
+#pragma once
+
+#include <vector>
+
+#include "character/character.h"
+#include "common/progress.h"
+#include "embedding/embedding.h"
+#include "segmentation/segmentation.h"
+#include "target/target.h"
+
+namespace transformables {
+
+/// One turn of one or more hinges, all others standing still; the hinges turn together, each at a constant rate.
+struct Move {
+  struct Turn {
+    int angle = 0;                    ///< index into Pose::angles
+    double from_rad = 0, to_rad = 0;
+  };
+  std::vector<Turn> turns;
+};
+
+/// Two parts that meet on the way.
+struct Collision {
+  int bone_a = 0, bone_b = 0;
+  std::size_t move = 0;       ///< index into FoldPath::moves
+  double fraction = 0;        ///< of the move, 0 to 1, where it is worst
+  double volume = 0;          ///< cubic target units, there
+};
+
+/// The way from object mode S_O to character mode S_R (all angles 0). Reversed, it is the fold.
+struct FoldPath {
+  std::vector<Move> moves;               ///< unfolding order
+  std::vector<Collision> collisions;     ///< what is left colliding before carving, worst first
+  double overlap_volume = 0;             ///< sum over moves of the volume swept through other parts, cubic target units
+};
+
+struct FoldingOptions {
+  double largest_step_rad = 0.05;   ///< between sampled configurations of a move
+  bool mirrored_together = true;    ///< in a symmetric embedding, the two hinges of a mirrored pair turn at once
+  int threads = 0;
+};
+
+/// The paper's greedy order: starting from S_O, each time the joint (or mirrored pair) whose unfolding all the way collides least (Eq. 11,
+/// sampled) is unfolded. @throws InvalidInput, Cancelled
+FoldPath plan_greedy(const Segmentation& segmentation, const Character& character, const Target& target,
+                     const Embedding& embedding, const FoldingOptions& options, const Progress& progress);
+
+/// The ranges that a path asks of each hinge: for mesh transfer.
+std::vector<JointRange> ranges_of(const FoldPath& path, const Character& character);
+/// The straight ranges from the folded angle to 0, before any path is known.
+std::vector<JointRange> straight_ranges(const Character& character, const Embedding& embedding);
+
+/// Gives colliding material to the part it collides with, or to another that it touches and that can carry it without
+/// colliding, as long as that lowers the overlap along the path: mesh transfer for every pair, not only joined ones.
+/// The whole volume in object mode is unchanged; the result is a tiling.
+Segmentation transfer_along(const Segmentation& segmentation, const Character& character, const Target& target,
+                            const Embedding& embedding, const FoldPath& path, const FoldingOptions& options, const Progress& progress);
+
+/// All sampled configurations of a path, folded first, as angle vectors; the angles of neighbours differ by at most `largest_step_rad`.
+struct PathSamples {
+  std::vector<Eigen::VectorXd> angles;
+  std::vector<std::size_t> move;   ///< which move each belongs to
+};
+PathSamples sampled(const FoldPath& path, const Eigen::VectorXd& folded_angles, double largest_step_rad);
+
+}  // namespace transformables
