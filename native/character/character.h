@@ -53,6 +53,8 @@ struct Character {
   bool mirrored = false;                                       ///< every bone has a mirror bone (across X = `mirror_x` of the character frame)
   double mirror_x = 0;                                         ///< where that plane is
   double scale = 1;                                            ///< factor by which `fitted` scaled the armature's lengths
+  std::vector<int> mirror_angle;                               ///< for each angle, the angle that takes its place in a mirror; empty unless `mirrored`
+  std::vector<double> mirror_sign;                             ///< and its sign (1 or -1)
 };
 
 /// S of the paper: where the root is, and an angle for each hinge.
@@ -77,13 +79,19 @@ Character make_character(const std::vector<ArmatureBone>& bones);
 /// The radius is 0.1 (V / n)^(1/3), not under `least_radius`.
 /// @param target_volume  cubic target units, positive
 /// @param longest_side   of the target, target units, positive
+/// Everything that is a length is scaled alike: `root_rest`'s origin and `mirror_x` too.
 /// @throws InvalidInput when a number is not positive (scale: negative) or not finite.
 Character fitted(const Character& character, double target_volume, double longest_side, double least_radius, double scale = 0);
 
 /// Frames of all bones in the target's frame: element i takes points of bone i's frame there.
 /// Lengths within bone i (its segments, its children's heads) are multiplied by morphology[i].
 /// Angles of a bone with several hinges act in X, Y, Z order about its head (Blender's XYZ Euler).
+/// @throws InvalidInput when the pose has not `angle_count` angles, or the morphology not a factor for each bone.
 std::vector<Eigen::Isometry3d> forward_kinematics(const Character& character, const Pose& pose, const Morphology& morphology);
+
+/// The same into `frames`, which is made to fit; nothing is allocated when it fits already.
+void forward_kinematics(const Character& character, const Pose& pose, const Morphology& morphology,
+                        std::vector<Eigen::Isometry3d>& frames);
 
 /// The rotation of a bone against its rest, from its own angles (`angles` is the whole vector of a pose).
 Eigen::Quaterniond joint_rotation(const Bone& bone, const Eigen::VectorXd& angles);
@@ -95,10 +103,12 @@ Pose rest_pose(const Character& character, const Eigen::Isometry3d& root);
 std::vector<Segment> skeleton_of(const Bone& bone, double scale);
 
 /// The pose's mirror image: angles of mirrored bones swapped (with the sign that the mirrored axes ask for); the
-/// root is left alone. Only for `character.mirrored`.
+/// root is left alone.
+/// @throws InvalidInput unless `character.mirrored`, or when there are not `angle_count` angles.
 Eigen::VectorXd mirrored_angles(const Character& character, const Eigen::VectorXd& angles);
 
 /// Bones that turn with bone `i`: itself and all its descendants, as flags.
+/// @throws InvalidInput when there is no bone `i`.
 std::vector<char> subtree(const Character& character, int i);
 
 /// Signed distance (negative inside) from a point in bone i's frame to its skeletal mesh: the hulls of its own joint
@@ -114,10 +124,14 @@ struct SkeletalShape {
 };
 
 /// The skeletal shape of every bone; `gap` is the clearance between housings, target units.
+/// A child's room is cut only when a fifth of the bone's own radius stays clear about its head (so not for joints that
+/// share a point, or almost): a shape always contains its bone's head.
+/// @throws InvalidInput when the gap is negative or not finite, or the morphology has not a factor for each bone.
 std::vector<SkeletalShape> skeletal_shapes(const Character& character, const Morphology& morphology, double gap);
 
 /// The skeletal mesh of a bone as a closed triangle mesh in its own frame, for display: the hulls of housing balls,
-/// each triangulated (CGAL's convex hull); the children's rooms are not cut.
+/// each triangulated (CGAL's convex hull); the children's rooms are not cut. Each hull is closed; they overlap at the head.
+/// @throws InvalidInput when there is no such bone, the morphology does not fit, or the bone has no radius (see `fitted`).
 TriangleMesh skeletal_mesh(const Character& character, const Morphology& morphology, int bone);
 
 }  // namespace transformables

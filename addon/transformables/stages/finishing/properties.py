@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How the parts are made."""
+
+import bpy
+from bpy.props import EnumProperty, FloatProperty
+
+
+class TransformablesFinishingSettings(bpy.types.PropertyGroup):
+    clearance_mm: FloatProperty(
+        name="Clearance (mm)", default=0.3, min=0.0, max=10.0, soft_min=0.1, soft_max=1.0, precision=2, step=5,
+        description="Gap between neighboring parts when printed, in millimeters. Common: 0.3 for filament, 0.5 for resin")
+    style: EnumProperty(
+        name="Style", default="solid", description="Whether parts are filled or hollow",
+        items=(("solid", "Solid", "Filled parts"),
+               ("shell", "Shell", "Hollow parts with walls of the given thickness")))
+    wall_mm: FloatProperty(
+        name="Wall (mm)", default=2.0, min=0.4, max=50.0, soft_max=5.0, precision=2, step=10,
+        description="Thickness of a hollow part's walls when printed, in millimeters")
+
+
+CLASSES = (TransformablesFinishingSettings,)
