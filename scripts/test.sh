@@ -31,7 +31,7 @@ fi
 
 if [[ -n ${TRANSFORMABLES_SHARED:-} ]]; then
   echo "== real pairs, judged from outside"
-  bash scripts/judge.sh "$TRANSFORMABLES_SHARED" egg:phantomx truck:basic_human
+  /usr/bin/python3 scripts/results.py --shared "$TRANSFORMABLES_SHARED" egg:phantomx truck:basic_human
 else
   skipped+=("real characters and targets: set TRANSFORMABLES_SHARED to their folder")
 fi

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tells whether a stored result still belongs to what is in the scene.
+
+Two strengths: `quick` is cheap enough for every redraw of the panel (names, bones, counts, sizes, options);
+`thorough` also reads every vertex, and is what decides whether a stored result is used again.
+"""
+
+import hashlib
+import json
+
+import numpy as np
+
+import bpy
+
+from . import settings
+
+_LOCKS = ("lock_ik_x", "lock_ik_y", "lock_ik_z", "use_ik_limit_x", "use_ik_limit_y", "use_ik_limit_z",
+          "ik_min_x", "ik_min_y", "ik_min_z", "ik_max_x", "ik_max_y", "ik_max_z")
+_LIMITS = ("use_limit_x", "use_limit_y", "use_limit_z", "min_x", "min_y", "min_z", "max_x", "max_y", "max_z", "owner_space", "mute")
+
+
+def _rounded(values):
+    return [round(float(value), 5) for value in values]
+
+
+def _turn(matrix):
+    """Rotation and uneven scale: a target frame is centred and of one size, so place and even scale do not matter."""
+    turn = np.array(matrix.to_3x3())
+    return _rounded((turn / max(np.abs(turn).max(), 1e-12)).flat)
+
+
+def _bone(bone, pose_bone):
+    limits = [[getattr(constraint, name) for name in _LIMITS] for constraint in pose_bone.constraints if constraint.type == "LIMIT_ROTATION"]
+    return [bone.name, bone.parent.name if bone.parent else "", _rounded(bone.head_local), _rounded(bone.tail_local),
+            _rounded(bone.matrix_local.col[0]), [getattr(pose_bone, name) for name in _LOCKS], limits]
+
+
+def _character(obj):
+    return [obj.name, _turn(obj.matrix_world), [_bone(bone, obj.pose.bones[bone.name]) for bone in obj.data.bones if bone.name in obj.pose.bones]]
+
+
+def _target(obj, thorough):
+    rows = [obj.name, _turn(obj.matrix_world), len(obj.data.vertices), len(obj.data.polygons), _rounded(v for c in obj.bound_box for v in c)]
+    if thorough:
+        mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+        positions = np.empty(3 * len(mesh.vertices), np.float32)
+        mesh.vertices.foreach_get("co", positions)
+        corners = np.empty(len(mesh.loops), np.int32)
+        mesh.loops.foreach_get("vertex_index", corners)
+        rows += [hashlib.sha256(positions.tobytes()).hexdigest(), hashlib.sha256(corners.tobytes()).hexdigest()]
+    return rows
+
+
+def _inputs(scene, stage, thorough):
+    s = scene.transformables
+    character, target = settings.picked(scene, "character"), settings.picked(scene, "target")
+    rows = [stage]
+    if stage != "target" and character is not None:
+        rows += [_character(character), s.character_stage.simplify, s.character_stage.simplify_count, s.character_stage.fit]
+    if stage != "character" and target is not None:
+        rows += [_target(target, thorough), s.target_stage.resolution]
+    if stage in ("embedding", "segmentation", "folding"):
+        rows += [s.embedding_stage.seed, s.embedding_stage.symmetry, s.embedding_stage.proportions]
+    if stage in ("segmentation", "folding"):
+        rows += [s.embedding_stage.stored, round(s.target_stage.size_mm, 4), round(s.finishing_stage.clearance_mm, 4)]
+    return rows
+
+
+def _digest(rows):
+    return hashlib.sha256(json.dumps(rows).encode()).hexdigest()[:16]
+
+
+def take(scene, stage):
+    """What to keep beside a stored result of this stage."""
+    return json.dumps({"quick": _digest(_inputs(scene, stage, False)), "thorough": _digest(_inputs(scene, stage, True))})
+
+
+def fits(scene, stage, kept, thorough=False):
+    """Whether a result kept with this fingerprint still belongs to the scene's inputs. False when nothing is kept."""
+    if not kept:
+        return False
+    strength = "thorough" if thorough else "quick"
+    return json.loads(kept)[strength] == _digest(_inputs(scene, stage, thorough))

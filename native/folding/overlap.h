@@ -1,0 +1,115 @@
+// How much two parts overlap while one moves against the other: the inner loops of planning and of transfer_along.
+//
+// Everything here is in lattice units: a point p of the target frame is (p - origin) / step of the target's grid, so the
+// samples of a part sit at whole numbers in object mode, and all distances count steps.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "common/grid.h"
+#include "segmentation/segmentation.h"
+#include "target/target.h"
+
+namespace transformables::folding {
+
+/// A rigid motion in lattice units.
+struct Rigid {
+  Eigen::Matrix3f turn = Eigen::Matrix3f::Identity();
+  Eigen::Vector3f shift = Eigen::Vector3f::Zero();
+  Eigen::Vector3f operator()(const Eigen::Vector3f& p) const { return turn * p + shift; }
+};
+
+/// The same motion, given in the target frame, in the units of a lattice.
+Rigid in_lattice_units(const Eigen::Isometry3d& motion, const GridShape& shape);
+
+/// Signed distance to one part in object mode, over a box that holds it; negative inside.
+class PartField {
+ public:
+  /// From the labels alone: exact Euclidean distance between samples, less half a step. An unused bone gives an empty field.
+  PartField(const std::vector<std::int16_t>& owner, const GridShape& shape, int bone);
+  PartField() = default;
+
+  bool empty() const { return values_.empty(); }
+  /// A lower bound of the distance outside the box, the trilinear value within it.
+  float at(const Eigen::Vector3f& p) const;
+  /// Replaces values near the surface by better ones where these agree on what is inside.
+  /// `value(index of a sample of the grid)` is in steps.
+  template <class Function>
+  void refine(const GridShape& shape, const Function& value);
+
+ private:
+  Eigen::Vector3i low_ = Eigen::Vector3i::Zero(), size_ = Eigen::Vector3i::Zero();
+  std::vector<float> values_;
+};
+
+template <class Function>
+void PartField::refine(const GridShape& shape, const Function& value) {
+  constexpr float kNear = 1.5f;
+  std::size_t at_index = 0;
+  for (int k = 0; k < size_.z(); ++k)
+    for (int j = 0; j < size_.y(); ++j)
+      for (int i = 0; i < size_.x(); ++i, ++at_index) {
+        const Eigen::Vector3i c = low_ + Eigen::Vector3i(i, j, k);
+        if (!shape.contains(c) || std::abs(values_[at_index]) > kNear) continue;
+        const float better = value(shape.index(c));
+        if ((better < 0) == (values_[at_index] < 0) && std::abs(better) < kNear) values_[at_index] = better;
+      }
+}
+
+/// The samples of one part, in bricks of neighbours with a ball around each.
+struct PartSamples {
+  struct Brick {
+    Eigen::Vector3f centre = Eigen::Vector3f::Zero();
+    float radius = 0;
+    std::uint32_t first = 0, count = 0;
+  };
+  std::vector<Brick> bricks;
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::uint32_t> index;   ///< of each point, into the grid
+  Brick whole;                        ///< all of them
+
+  PartSamples() = default;
+  PartSamples(const std::vector<std::int16_t>& owner, const GridShape& shape, const std::vector<std::size_t>& inside, int bone);
+};
+
+/// Part A against part B through the configurations of one move.
+struct PairMotion {
+  std::vector<Rigid> a_to_b;      ///< takes A's object-mode points to B's object-mode frame, one a configuration
+  bool steady = true;             ///< only one of the two moves, so a point's speed is the same all along
+
+  /// How far a point within `radius` of p can move from one configuration to the next.
+  float speed(const Eigen::Vector3f& p, float radius) const;
+  PairMotion reversed() const;
+};
+
+/// The number of A's samples that are ever deeper than `tolerance` inside B; with `hit` (one a sample of A), which.
+std::size_t swept_samples(const PartSamples& a, const PartField& b, const PairMotion& motion, float tolerance,
+                          std::vector<char>* hit = nullptr);
+
+/// The number of A's samples deeper than `tolerance` inside B in one configuration.
+std::size_t overlapping_samples(const PartSamples& a, const PartField& b, const Rigid& a_to_b, float tolerance);
+
+/// The first configuration, at or after `from`, in which a point of A is deeper than `tolerance` in B; -1 when none.
+inline int first_hit(const PartField& b, const PairMotion& motion, const Eigen::Vector3f& p, float speed, int from, float tolerance) {
+  const int count = int(motion.a_to_b.size());
+  const float pace = 1.02f * speed + 1e-4f;  // a little above the bound: interpolated distances are not exactly 1-Lipschitz
+  for (int t = from; t < count;) {
+    const float gap = b.at(motion.a_to_b[t](p)) + tolerance;
+    if (gap < 0) return t;
+    t += 1 + int(std::min(gap / pace, 1e6f));
+  }
+  return -1;
+}
+
+/// Fields and samples of all parts of a segmentation.
+struct Parts {
+  std::vector<PartField> fields;
+  std::vector<PartSamples> samples;
+};
+/// With the part fields of the tiling, (phi_i - min_j phi_j) / 2 within the target, near the surfaces.
+Parts parts_of(const Segmentation& segmentation, const Target& target);
+
+}  // namespace transformables::folding
