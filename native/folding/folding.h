@@ -35,10 +35,20 @@ struct FoldPath {
   double overlap_volume = 0;             ///< sum over moves of the volume swept through other parts, cubic target units
 };
 
+/// What a move costs.
+enum class MoveCost {
+  kSweptVolume,  ///< what would have to be carved: of each pair of parts the lesser volume that is ever inside the other
+  kNetOverlap,   ///< the paper's Eq. 11: overlap of a configuration, mean over the move
+};
+
 struct FoldingOptions {
   double largest_step_rad = 0.05;   ///< between sampled configurations of a move
   bool mirrored_together = true;    ///< in a symmetric embedding, the two hinges of a mirrored pair turn at once
-  int threads = 0;
+  int threads = 0;                  ///< 0: all cores. The result does not depend on it.
+  MoveCost cost = MoveCost::kSweptVolume;
+  double tolerance_steps = 0.25;    ///< parts that tile touch everywhere: only what is deeper than this collides, in steps of the target's grid
+  int beam_width = 6;               ///< plan(): states kept for each number of open joints
+  int expansions = 6000;            ///< plan(): moves tried in all, at most; bounds the time without a clock
 };
 
 /// The paper's greedy order: starting from S_O, each time the joint (or mirrored pair) whose unfolding all the way collides least (Eq. 11,
@@ -46,22 +56,41 @@ struct FoldingOptions {
 FoldPath plan_greedy(const Segmentation& segmentation, const Character& character, const Target& target,
                      const Embedding& embedding, const FoldingOptions& options, const Progress& progress);
 
+/// Greedy's order made better: a beam search over the orders, then moves taken earlier or later and joints turned half-way or aside,
+/// within their limits, where that lets another pass. Never costs more than plan_greedy with the same options; the same
+/// result for any number of threads. @throws InvalidInput, Cancelled
+FoldPath plan(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+              const FoldingOptions& options, const Progress& progress);
+
+/// `path` with its collisions and overlap measured on a segmentation. @throws InvalidInput
+FoldPath measured(const FoldPath& path, const Segmentation& segmentation, const Character& character, const Target& target,
+                  const Embedding& embedding, const FoldingOptions& options);
+
 /// The ranges that a path asks of each hinge: for mesh transfer.
 std::vector<JointRange> ranges_of(const FoldPath& path, const Character& character);
 /// The straight ranges from the folded angle to 0, before any path is known.
 std::vector<JointRange> straight_ranges(const Character& character, const Embedding& embedding);
 
+/// What transfer_along did.
+struct TransferAlongResult {
+  double colliding_before = 0, colliding_after = 0;   ///< volume of all samples that ever meet another part, cubic target units
+  double moved_volume = 0;                            ///< given to another part
+  std::vector<std::size_t> yielding;                  ///< samples for which no owner is free of collisions: carve these first
+};
+
 /// Gives colliding material to the part it collides with, or to another that it touches and that can carry it without
 /// colliding, as long as that lowers the overlap along the path: mesh transfer for every pair, not only joined ones.
-/// The whole volume in object mode is unchanged; the result is a tiling.
+/// The whole volume in object mode is unchanged; the result is a tiling. @throws InvalidInput, Cancelled
 Segmentation transfer_along(const Segmentation& segmentation, const Character& character, const Target& target,
-                            const Embedding& embedding, const FoldPath& path, const FoldingOptions& options, const Progress& progress);
+                            const Embedding& embedding, const FoldPath& path, const FoldingOptions& options, const Progress& progress,
+                            TransferAlongResult* result = nullptr);
 
 /// All sampled configurations of a path, folded first, as angle vectors; the angles of neighbours differ by at most `largest_step_rad`.
 struct PathSamples {
   std::vector<Eigen::VectorXd> angles;
   std::vector<std::size_t> move;   ///< which move each belongs to
 };
+/// @throws InvalidInput when the path does not fit the angles, or the step is not positive.
 PathSamples sampled(const FoldPath& path, const Eigen::VectorXd& folded_angles, double largest_step_rad);
 
 }  // namespace transformables

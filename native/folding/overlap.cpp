@@ -22,14 +22,10 @@ struct LineTransform {
     value.resize(n), parabola.resize(n), bound.resize(n + 1);
     for (int i = 0; i < n; ++i) value[i] = line[i * stride];
     int last = 0;
-    parabola[0] = 0, bound[0] = -kFar, bound[1] = kFar;
+    parabola[0] = 0, bound[0] = -2 * kFar, bound[1] = kFar;
     for (int q = 1; q < n; ++q) {
       float meet = crossing(q, parabola[last]);
       while (last > 0 && meet <= bound[last]) meet = crossing(q, parabola[--last]);
-      if (meet <= bound[last]) {  // only for last = 0: the new parabola is below the old one everywhere
-        parabola[0] = q;
-        continue;
-      }
       parabola[++last] = q;
       bound[last] = meet, bound[last + 1] = kFar;
     }

@@ -68,8 +68,8 @@ int matching_edge(const std::vector<Vector3i>& triangles, int f, int c, int g) {
 }
 
 /// Which faces must be turned so that neighbours agree; as few of each component as possible.
-std::vector<char> faces_to_turn(const std::vector<Vector3i>& triangles, const Neighbours& neighbours) {
-  std::vector<char> turn(triangles.size(), -1);
+std::vector<std::int8_t> faces_to_turn(const std::vector<Vector3i>& triangles, const Neighbours& neighbours) {
+  std::vector<std::int8_t> turn(triangles.size(), -1);
   std::vector<int> queue;
   for (std::size_t start = 0; start < triangles.size(); ++start) {
     if (turn[start] >= 0) continue;
@@ -84,7 +84,7 @@ std::vector<char> faces_to_turn(const std::vector<Vector3i>& triangles, const Ne
         if (g < 0 || turn[g] >= 0) continue;
         const int d = matching_edge(triangles, f, c, g);
         const bool same_way = triangles[g][d] == triangles[f][c];
-        turn[g] = char(turn[f] ^ int(same_way));
+        turn[g] = std::int8_t(turn[f] ^ int(same_way));
         queue.push_back(g);
       }
     }
@@ -157,16 +157,21 @@ void number_components(Manifold& m) {
 Manifold make_manifold(const TriangleMesh& mesh) {
   Manifold m;
   m.mesh = mesh;
-  m.neighbours = edge_neighbours(mesh.triangles);
-  const std::vector<char> turn = faces_to_turn(mesh.triangles, m.neighbours);
-  for (std::size_t f = 0; f < turn.size(); ++f)
-    if (turn[f]) {
-      std::swap(m.mesh.triangles[f][1], m.mesh.triangles[f][2]);
-      std::swap(m.neighbours[f][0], m.neighbours[f][2]);
-      ++m.turned_faces;
-    }
-  cut_one_sided(m.mesh.triangles, m.neighbours);
-  m.split_vertices = split_fans(m.mesh, m.neighbours);
+  // Cutting apart can leave two faces alone at an edge that four shared: they are neighbours then, so look again.
+  for (int pass = 0; pass < 4; ++pass) {
+    m.neighbours = edge_neighbours(m.mesh.triangles);
+    const std::vector<std::int8_t> turn = faces_to_turn(m.mesh.triangles, m.neighbours);
+    for (std::size_t f = 0; f < turn.size(); ++f)
+      if (turn[f]) {
+        std::swap(m.mesh.triangles[f][1], m.mesh.triangles[f][2]);
+        std::swap(m.neighbours[f][0], m.neighbours[f][2]);
+        ++m.turned_faces;
+      }
+    cut_one_sided(m.mesh.triangles, m.neighbours);
+    const std::size_t copies = split_fans(m.mesh, m.neighbours);
+    m.split_vertices += copies;
+    if (copies == 0) break;
+  }
   number_components(m);
   return m;
 }

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Framed messages between Blender and its worker process: a JSON header and raw arrays, no pickle.
 
 A frame: 4 bytes of magic, the header's length (uint32, little-endian), the header (JSON in UTF-8), then the arrays'

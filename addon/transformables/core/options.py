@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a user can choose for a design: shared by the headless command and the panel."""
 from dataclasses import asdict, dataclass
 import math

@@ -62,7 +62,7 @@ def _inputs(scene, stage, thorough):
     if stage in ("embedding", "segmentation", "folding"):
         rows += [s.embedding_stage.seed, s.embedding_stage.symmetry, s.embedding_stage.proportions]
     if stage in ("segmentation", "folding"):
-        rows += [s.embedding_stage.stored, round(s.target_stage.size_mm, 4), round(s.finishing_stage.clearance_mm, 4)]
+        rows += [round(s.target_stage.size_mm, 4), round(s.finishing_stage.clearance_mm, 4)]
     return rows
 
 

@@ -29,6 +29,7 @@ class Running:
     fraction: float = 0.0
     note: str = ""
     cancel_wanted: bool = False
+    fingerprints: dict = field(default_factory=dict)  # of the inputs, by stage, when the job began
     warnings: list = field(default_factory=list)
     started: float = field(default_factory=time.monotonic)
     drawn: float = 0.0

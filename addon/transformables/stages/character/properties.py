@@ -20,8 +20,8 @@ class TransformablesCharacterSettings(bpy.types.PropertyGroup):
         description="Whether the character as a whole may be scaled to suit the target",
         items=(("auto", "Fit to Target", "Scale the whole character so that it fills the target well"),
                ("off", "Keep", "Use the character at the size that it has in the scene")))
-    summary: StringProperty(name="Summary", description="What was found in the armature", options={"HIDDEN"})
-    summary_of: StringProperty(options={"HIDDEN"})
+    stored: StringProperty(name="Findings", description="What was found in the armature", options={"HIDDEN"})
+    stored_for: StringProperty(options={"HIDDEN"})
 
 
 CLASSES = (TransformablesCharacterSettings,)

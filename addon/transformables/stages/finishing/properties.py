@@ -14,7 +14,7 @@ class TransformablesFinishingSettings(bpy.types.PropertyGroup):
         items=(("solid", "Solid", "Filled parts"),
                ("shell", "Shell", "Hollow parts with walls of the given thickness")))
     wall_mm: FloatProperty(
-        name="Wall (mm)", default=2.0, min=0.4, max=50.0, soft_max=5.0, precision=2, step=10,
+        name="Wall (mm)", default=1.2, min=0.4, max=50.0, soft_max=5.0, precision=2, step=10,
         description="Thickness of a hollow part's walls when printed, in millimeters")
 
 

@@ -13,8 +13,8 @@ class TransformablesTargetSettings(bpy.types.PropertyGroup):
     size_mm: FloatProperty(
         name="Printed Size (mm)", default=150.0, min=1.0, max=10000.0, soft_min=40.0, soft_max=400.0, precision=1, step=100,
         description="Length of the target's longest side when it is printed, in millimeters")
-    summary: StringProperty(name="Summary", description="What was found in the mesh", options={"HIDDEN"})
-    summary_of: StringProperty(options={"HIDDEN"})
+    stored: StringProperty(name="Findings", description="What was found in the mesh", options={"HIDDEN"})
+    stored_for: StringProperty(options={"HIDDEN"})
 
 
 CLASSES = (TransformablesTargetSettings,)

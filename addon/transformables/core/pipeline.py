@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The rooms in their order, on arrays: what a worker does with a job. Knows the native module, not Blender.
+
+A job is a dict: `options` (DesignOptions.as_dict()), `character` {names, parents, hinges}, `until` (one of UNTIL),
+`stored` {embedding, path, start}, as an earlier result gave them: an embedding or a path that is there is not searched again,
+`start` is a pose to search from. Arrays: heads, tails, axes, vertices (float64), triangles (int32).
+"""
+import importlib
+import time
+from array import array
+
+from . import kinematics, schedule
+from .options import LONGEST_SIDE, DesignOptions, UserError
+
+UNTIL = ("embedding", "segmentation", "folding", "finishing")
+STAGES = ("character", "target", *UNTIL)
+PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: printing)
+PREVIEW_CLEARANCE_MM = 0.05
+EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "symmetric", "deepest_protrusion", "deepest_collision")
+
+
+class Cancelled(Exception):
+    """The other side asked for a stop."""
+
+
+def run(job, arrays, tell):
+    """Does a job. `tell` has progress(stage, fraction, note) -> go on?, pose(fields), warning(text).
+
+    Gives (result, arrays). Raises UserError, Cancelled, or what the native module raises.
+    """
+    return _Run(importlib.import_module("transformables_native"), job, arrays, tell).run()
+
+
+class _Run:
+    def __init__(self, native, job, arrays, tell):
+        self.tn, self.arrays, self.tell = native, arrays, tell
+        self.options = DesignOptions(**job["options"])
+        self.options.validate()
+        self.until = job.get("until", "finishing")
+        if self.until not in UNTIL:
+            raise UserError(f"a job can end at {', '.join(UNTIL)}, not at {self.until!r}")
+        self.stored = job.get("stored") or {}
+        self.armature = job["character"]
+        self.seconds, self.warnings = {}, []
+        self.path = self.parts = self.segmentation = None
+        self.part_arrays = {}
+
+    def run(self):
+        began = time.perf_counter()
+        for stage in STAGES:
+            self._stage(stage, getattr(self, f"_{stage}"))
+            if stage == self.until:
+                break
+        if self.until in ("segmentation", "folding"):
+            self._stage("preview", self._preview)
+        self.seconds["total"] = time.perf_counter() - began
+        return self._result(), {**self._echo(), **self.part_arrays}
+
+    def _stage(self, name, work):
+        self._go_on(name, 0.0, "")
+        began = time.perf_counter()
+        work()
+        self.seconds[name] = time.perf_counter() - began
+        self._go_on(name, 1.0, "")
+
+    def _go_on(self, stage, fraction, note):
+        if not self.tell.progress(stage, fraction, note):
+            raise Cancelled()
+
+    def _progress(self, stage, start=0.0, end=1.0):
+        return lambda fraction, note="": self.tell.progress(stage, start + (end - start) * fraction, note)
+
+    def _warn(self, texts):
+        for text in texts:
+            self.warnings.append(text)
+            self.tell.warning(text)
+
+    def _bytes(self, name):
+        return self.arrays[name][1]
+
+    def _character(self):
+        self.raw_character = self.tn.make_character(
+            names=self.armature["names"], parents=self.armature["parents"], heads=self._bytes("heads"),
+            tails=self._bytes("tails"), axes=self._bytes("axes"),
+            hinges=[[tuple(hinge) for hinge in hinges] for hinges in self.armature["hinges"]])
+
+    def _target(self):
+        self.target = self.tn.make_target(vertices=self._bytes("vertices"), triangles=self._bytes("triangles"),
+                                          resolution=self.options.resolution, progress=self._progress("target"))
+        self._warn(self.target.warnings)
+
+    def _embedding(self):
+        scale = self.target.scale if self.options.fit == "off" else 0.0
+        self.character = self.tn.fitted(self.raw_character, self.target, least_radius=self._least_radius(), scale=scale)
+        character = self.character
+        self.skeleton = kinematics.Skeleton(
+            character.members, character.parents, character.hinges, character.first_angle,
+            *(array("d", bytes(self._bytes(name))) for name in ("heads", "tails", "axes")))
+        if self.stored.get("embedding"):
+            self.embedding = self._stored_embedding(self.stored["embedding"])
+            return
+        start = self.stored.get("start")
+        self.embedding = self.tn.embed(
+            character, self.target, seed=self.options.seed, symmetry=self.options.symmetry,
+            proportions=self.options.proportions, threads=self.options.threads,
+            start=self._stored_embedding(start) if start else None,
+            progress=self._progress("embedding"), best=self._tell_pose)
+
+    def _least_radius(self):
+        """As thick as a printed joint needs, but no more than a bone's share of a slim target can hold."""
+        share = (self.target.volume / len(self.raw_character.names)) ** (1 / 3)
+        step = LONGEST_SIDE / self.options.resolution
+        return max(min(self.options.target_units(PRINTED_RADIUS_MM), 0.2 * share), 0.87 * step)
+
+    def _stored_embedding(self, stored):
+        root, angles, morphology = stored["root"], stored["angles"], stored["morphology"]
+        if len(angles) != self.character.angle_count or len(morphology) != len(self.character.names):
+            raise UserError("the stored folded pose is for another character: run the embedding stage again")
+        return self.tn.Embedding(root=list(root), angles=list(angles), morphology=list(morphology),
+                                 symmetric=bool(stored.get("symmetric", False)))
+
+    def _segmentation(self):
+        grown = self.tn.grow(self.character, self.target, self.embedding, threads=self.options.threads,
+                             progress=self._progress("segmentation", 0.0, 0.6))
+        self.segmentation = self.tn.transfer(grown, self.character, self.target, self.embedding, ranges="straight",
+                                             progress=self._progress("segmentation", 0.6, 1.0))
+
+    def _folding(self):
+        rooms = (self.segmentation, self.character, self.target, self.embedding)
+        stored = self.stored.get("path")
+        if stored:
+            self._check_stored_path(stored["moves"])
+            self.path = self.tn.FoldPath(moves=[[tuple(turn) for turn in turns] for turns in stored["moves"]])
+        else:
+            self.path = self.tn.plan(*rooms, threads=self.options.threads, progress=self._progress("folding", 0.0, 0.6))
+        self.segmentation = self.tn.transfer_along(*rooms, self.path, threads=self.options.threads,
+                                                   progress=self._progress("folding", 0.6, 1.0))
+
+    def _check_stored_path(self, moves):
+        try:
+            schedule.check_path(moves, self.embedding.angles)
+        except ValueError as error:
+            raise UserError(f"the stored fold path is for another folded pose ({error}): "
+                            "run the folding stage again") from None
+
+    def _finishing(self):
+        self._finish(self.path, self.options.clearance_mm, self.options.style, "finishing")
+
+    def _preview(self):
+        """Part meshes of a design that is not finished: nothing is carved."""
+        self._finish(self.tn.FoldPath(moves=[]), min(PREVIEW_CLEARANCE_MM, self.options.clearance_mm), "solid", "preview")
+
+    def _finish(self, path, clearance_mm, style, stage):
+        self.parts = self.tn.finish(
+            self.segmentation, self.character, self.target, self.embedding, path,
+            clearance=self.options.target_units(clearance_mm), style=style,
+            wall=self.options.target_units(self.options.wall_mm), threads=self.options.threads,
+            progress=self._progress(stage))
+        self._warn(self.parts.warnings)
+        for index, part in enumerate(self.parts.parts):
+            self.part_arrays[f"part_{index}_vertices"] = ("d", part["vertices"])
+            self.part_arrays[f"part_{index}_triangles"] = ("i", part["triangles"])
+
+    def _tell_pose(self, embedding):
+        """Best pose so far, as lines between points in Blender's world (two a bone)."""
+        scale, centre = self.target.scale, self.target.centre
+        root = embedding.root
+        rotation = tuple(tuple(root[4 * c + r] for c in range(3)) for r in range(3))
+        head = tuple(root[12 + r] / scale + centre[r] for r in range(3))
+        lengths = self.character.scale / scale
+        frames = self.skeleton.frames(rotation, head, embedding.angles, embedding.morphology, lengths)
+        ends = self.skeleton.bone_ends(frames, embedding.morphology, lengths)
+        self.tell.pose({"root": list(root), "angles": list(embedding.angles), "morphology": list(embedding.morphology),
+                        "terms": dict(embedding.terms), "points": [p for _, a, b in ends for p in (a, b)]})
+
+    def _echo(self):
+        return {name: self.arrays[name] for name in ("heads", "tails", "axes")}
+
+    def _result(self):
+        character, target = self.character, self.target
+        return {
+            "until": self.until, "options": self.options.as_dict(), "native_version": self.tn.version,
+            "seconds": self.seconds, "warnings": self.warnings, "peak_memory_mb": _peak_memory_mb(),
+            "character": {
+                "names": list(self.armature["names"]), "parents": list(self.armature["parents"]),
+                "bodies": list(character.names), "members": [list(m) for m in character.members],
+                "body_parents": list(character.parents), "hinges": [[list(h) for h in hs] for hs in character.hinges],
+                "first_angle": list(character.first_angle), "angle_count": character.angle_count,
+                "mirrored": bool(character.mirrored), "scale": character.scale},
+            "target": {"scale": target.scale, "centre": list(target.centre), "volume": target.volume,
+                       "grid": list(target.grid), "mirror_axis": target.mirror_axis},
+            "embedding": {name: _plain(getattr(self.embedding, name)) for name in EMBEDDING_FIELDS},
+            "path": self._path_result(), "finishing": self._parts_result()}
+
+    def _path_result(self):
+        if self.path is None:
+            return None
+        return {"moves": [[list(turn) for turn in turns] for turns in self.path.moves],
+                "overlap_volume": self.path.overlap_volume, "collisions": [dict(c) for c in self.path.collisions]}
+
+    def _parts_result(self):
+        if self.parts is None:
+            return None
+        return {"parts": [{"bone": part["bone"], "volume": part["volume"]} for part in self.parts.parts],
+                "preview": self.until != "finishing", "collisions": [dict(c) for c in self.parts.collisions],
+                "minimum_clearance": self.parts.minimum_clearance,
+                "carved_volume_pct": self.parts.carved_volume_pct, "filled_volume_pct": self.parts.filled_volume_pct}
+
+
+def _plain(value):
+    if isinstance(value, dict):
+        return dict(value)
+    if isinstance(value, (bool, int, float)):
+        return value
+    return list(value)
+
+
+def _peak_memory_mb():
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    import sys
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1024 * 1024 if sys.platform == "darwin" else 1024)

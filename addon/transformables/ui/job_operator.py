@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs a design, or a part of it, in a worker process while Blender stays usable.
+
+Each stage's operator is a small class on top of `JobOperator`. No 'REGISTER': the redo panel would run the job again.
+With 'UNDO' Blender pushes one undo step when the operator finishes, and none when it is cancelled; so nothing in the
+.blend may change before the result is there.
+"""
+
+import os
+import time
+
+import bpy
+
+from ..core.options import DesignOptions, UserError
+from . import overlays, preferences, results, session, settings
+
+POLL_SECONDS = 0.05
+MODULE_FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "native")
+
+
+def options_of(scene):
+    """The scene's settings as the program's options. @raises UserError"""
+    s = scene.transformables
+    character, target, embedding, finishing = s.character_stage, s.target_stage, s.embedding_stage, s.finishing_stage
+    options = DesignOptions(
+        resolution=target.resolution, seed=embedding.seed, symmetry=embedding.symmetry,
+        simplify=str(character.simplify_count) if character.simplify == "count" else character.simplify,
+        fit=character.fit, proportions=embedding.proportions, size_mm=round(target.size_mm, 4),
+        clearance_mm=round(finishing.clearance_mm, 4), style=finishing.style, wall_mm=round(finishing.wall_mm, 4),
+        threads=preferences.get().threads)
+    options.validate()
+    return options
+
+
+def objects_of(running):
+    """The scene, character and target that a job is for, looked up by name. @raises UserError when one is gone"""
+    scene = bpy.data.scenes.get(running.scene)
+    if scene is None:
+        raise UserError(f"The scene '{running.scene}' was deleted or renamed while its design was running: undo that, and run again")
+    found = [scene.objects.get(name) for name in (running.character, running.target)]
+    for name, obj in zip((running.character, running.target), found):
+        if obj is None:
+            raise UserError(f"'{name}' was deleted or renamed while its design was running: undo that, and run again")
+    return scene, *found
+
+
+class JobOperator:
+    """What all operators share that start a worker. A subclass says how far to go and what to start from."""
+
+    bl_options = {"UNDO"}
+    until = "finishing"
+    uses_stored = ()  # of "embedding" and "folding": stored results to start from when they still fit
+
+    @classmethod
+    def poll(cls, context):
+        if session.current() is not None:
+            cls.poll_message_set("A design is running already: wait for it, or press Esc to cancel it")
+            return False
+        problem = settings.missing(context.scene)
+        if problem:
+            cls.poll_message_set(problem)
+            return False
+        return True
+
+    def invoke(self, context, event):
+        if not self._begin(context):
+            return {"CANCELLED"}
+        manager, running = context.window_manager, session.current()
+        running.timer = manager.event_timer_add(POLL_SECONDS, window=context.window)
+        manager.progress_begin(0, 100)
+        manager.modal_handler_add(self)
+        _show_progress(running)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        """Without a user at the window (a script's call): runs to the end before it returns."""
+        if not self._begin(context):
+            return {"CANCELLED"}
+        while True:
+            outcome = self._step(context)
+            if outcome:
+                return outcome
+            time.sleep(POLL_SECONDS)
+
+    def modal(self, context, event):
+        if session.current() is not self._running:
+            return {"CANCELLED"}  # ended from outside: a file was loaded, or the add-on is being disabled
+        if event.type == "ESC" and event.value == "PRESS":
+            self._running.cancel_wanted = True
+        elif event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        return self._step(context) or {"PASS_THROUGH"}
+
+    def cancel(self, context):
+        """Blender calls this when it ends the operator itself, as when the window closes."""
+        if session.current() is self._running:
+            session.end()
+            overlays.clear()
+
+    def _begin(self, context):
+        """Reads the scene and starts the worker; tells the user when it can't."""
+        from ..bridge import design
+        from ..core.job import Job
+
+        scene = context.scene
+        session.forget()
+        overlays.clear()
+        try:
+            character, target = settings.picked(scene, "character"), settings.picked(scene, "target")
+            _leave_edit_mode(context)
+            stored = results.stored(scene, self.uses_stored)
+            message, arrays = design.gather(character, target, options_of(scene), until=self.until, **stored)
+            job = Job(message, arrays, MODULE_FOLDER)
+            job.start()
+        except UserError as error:
+            self._tell_error(str(error))
+            return False
+        self._running = session.Running(job=job, until=self.until, scene=scene.name, character=character.name, target=target.name,
+                                        fingerprints=results.take_fingerprints(scene, self.until))
+        session.begin(self._running)
+        return True
+
+    def _step(self, context):
+        """Takes what the worker has sent. Gives the operator's outcome, or None while the work goes on."""
+        running, outcome = self._running, {"CANCELLED"}
+        try:
+            if running.cancel_wanted:
+                self.report({"INFO"}, "Cancelled: nothing was changed")
+                session.last.summary = "Cancelled"
+            else:
+                outcome = self._take_events(context)
+        except UserError as error:
+            self._tell_error(str(error))
+        finally:
+            # Also when something unforeseen is on its way up: a job without an operator would never end.
+            if outcome:
+                session.end()
+                if outcome == {"CANCELLED"}:
+                    overlays.clear()
+        return outcome
+
+    def _take_events(self, context):
+        running = self._running
+        objects_of(running)
+        for event in running.job.poll():
+            kind = event["kind"]
+            if kind == "error":
+                raise UserError(event["text"])
+            if kind == "result":
+                self._take_result(context, event)
+                return {"FINISHED"}
+            if kind == "progress":
+                running.stage, running.fraction, running.note = event["stage"], event["fraction"], event["note"]
+            elif kind == "warning":
+                running.warnings.append(event["text"])
+            elif kind == "pose":
+                results.show_pose(event, objects_of(running)[2])
+        if not running.job.running:
+            raise UserError("The worker process ended without a result: save your work, and run again")
+        _show_progress(running)
+        return None
+
+    def _take_result(self, context, event):
+        running = self._running
+        scene, character, target = objects_of(running)
+        with context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
+            _leave_edit_mode(bpy.context)
+            summary = results.keep(bpy.context, running, event["result"], event["arrays"], character, target, options_of(scene))
+        session.last.warnings = list(running.warnings)
+        session.last.summary = summary
+        self.report({"WARNING" if running.warnings else "INFO"}, summary)
+
+    def _tell_error(self, text):
+        session.last.error = text
+        self.report({"ERROR"}, text)
+        session.redraw()
+
+
+def _leave_edit_mode(context):
+    """Data that is being edited is not in its object yet, and results are made in Object Mode."""
+    if context.mode != "OBJECT" and context.view_layer.objects.active is not None:
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def _show_progress(running):
+    now = time.monotonic()
+    if bpy.app.background or now - running.drawn < session.REDRAW_SECONDS:
+        return
+    running.drawn = now
+    bpy.context.window_manager.progress_update(100 * running.fraction)
+    for window in bpy.context.window_manager.windows:
+        window.workspace.status_text_set(f"{session.line()}   {100 * running.fraction:.0f}%   (Esc: cancel)")
+    session.redraw()
+
+
+class TRANSFORMABLES_OT_cancel(bpy.types.Operator):
+    """Stop the design that is running. The scene stays as it is"""
+
+    bl_idname = "transformables.cancel"
+    bl_label = "Cancel"
+
+    @classmethod
+    def poll(cls, context):
+        if session.current() is None:
+            cls.poll_message_set("No design is running")
+            return False
+        return True
+
+    def execute(self, context):
+        session.current().cancel_wanted = True
+        return {"FINISHED"}
+
+
+CLASSES = (TRANSFORMABLES_OT_cancel,)

@@ -1,0 +1,21 @@
+// The approximate segmentation: every inside voxel goes to the bone that is nearest by the shortest way inside.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "embedding/voxels.h"
+
+namespace transformables {
+
+/// Lets the seeds flow: `field` holds kUnreached or a seed (distance and bone, packed) at every cell, and afterwards
+/// the least of seed + way, where a way runs through inside voxels to any of the 26 neighbours, a step costing
+/// 32, 45 or 55 units (1, sqrt 2, sqrt 3). Exact: sweeps are repeated until none changes anything.
+/// @return sweeps that were needed
+int flood(const Voxels& voxels, std::int32_t* field);
+
+/// Marks the cells of a row whose bone differs from a neighbour's (of six), or that border on the outside.
+/// @param marks  row.count bytes; not 0 where it is so (also for cells outside: look only within runs)
+void mark_boundary(const Voxels& voxels, const std::int32_t* field, const Voxels::Row& row, std::uint8_t* marks);
+
+}  // namespace transformables

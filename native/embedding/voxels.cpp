@@ -1,0 +1,67 @@
+#include "embedding/voxels.h"
+
+#include <cmath>
+
+#include "common/error.h"
+
+namespace transformables {
+namespace {
+
+constexpr int kMostVoxels = 64;         // along the target's longest side: the embedding needs no finer
+constexpr double kPaperStep = 0.01;
+constexpr std::size_t kFewVoxels = 12000;  // below, every row is sampled
+
+int stride_of(double step) { return std::max(1, int(std::ceil(kLongestSide / step / kMostVoxels - 0.01))); }
+
+}  // namespace
+
+Voxels::Voxels(const Target& target) {
+  const GridShape& shape = target.distance.shape;
+  stride = stride_of(shape.step);
+  std::vector<Eigen::Vector3i> inside;
+  for (const std::size_t i : target.inside) {
+    const Eigen::Vector3i c = shape.cell(i);
+    if (c.x() % stride == 0 && c.y() % stride == 0 && c.z() % stride == 0) inside.push_back(c / stride);
+  }
+  if (inside.empty()) throw InvalidInput("the target has no voxels inside at this resolution: raise the resolution");
+  Eigen::Vector3i low = inside.front(), high = inside.front();
+  for (const auto& c : inside) {
+    low = low.cwiseMin(c);
+    high = high.cwiseMax(c);
+  }
+  size = high - low + Eigen::Vector3i::Ones();
+  step = shape.step * stride;
+  first_sample = low * stride;
+  origin = shape.position(first_sample);
+  pitch = (size.x() + 7) / 8 * 8 + 2 * kPad;
+  slice = pitch * (size.y() + 2);
+  cells = slice * (size.z() + 2);
+  wall.assign(std::size_t(cells), kUnreached);
+  for (const auto& c : inside) wall[std::size_t(cell(c.x() - low.x(), c.y() - low.y(), c.z() - low.z()))] = 0;
+
+  // One row in five, a knight's move apart: no plane of voxels is favoured.
+  const int spacing = inside.size() < kFewVoxels ? 1 : 5;
+  samples_weight = spacing * (step / kPaperStep) * (step / kPaperStep);
+  for (int z = 0; z < size.z(); ++z)
+    for (int y = 0; y < size.y(); ++y) {
+      Row row;
+      row.y = y;
+      row.z = z;
+      row.sampled = (y + 2 * z) % spacing == 0;
+      row.first_run = std::int32_t(runs.size());
+      for (std::int32_t c = cell(0, y, z), end = c + size.x(); c < end; ++c) {
+        if (wall[std::size_t(c)] != 0) continue;
+        const std::int32_t begin = c;
+        while (wall[std::size_t(c)] == 0) ++c;  // the padding ends it
+        runs.push_back({begin, c});
+      }
+      row.end_run = std::int32_t(runs.size());
+      if (row.first_run == row.end_run) continue;
+      const std::int32_t start = cell(0, y, z), first = runs[std::size_t(row.first_run)].begin;
+      row.begin = start + (first - start) / 8 * 8;
+      row.count = (runs.back().end - row.begin + 7) / 8 * 8;
+      rows.push_back(row);
+    }
+}
+
+}  // namespace transformables

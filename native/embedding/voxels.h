@@ -1,0 +1,52 @@
+// The inside of a target as the flood wants it: a padded array in rows of eight, and the runs of inside voxels.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/grid.h"
+#include "target/target.h"
+
+namespace transformables {
+
+/// A voxel of the flood: distance (in 1/kUnitsPerStep of a step) in the upper 24 bits, bone in the lower 8.
+inline constexpr int kUnitsPerStep = 32;
+inline constexpr int kLabelBits = 8;
+inline constexpr std::int32_t kNoLabel = (1 << kLabelBits) - 1;
+inline constexpr std::int32_t kUnreached = 0x7f000000 | kNoLabel;
+inline constexpr int kMostBones = kNoLabel;
+
+/// Everything about a target that no evaluation changes. May be shared by threads.
+struct Voxels {
+  struct Run {
+    std::int32_t begin = 0, end = 0;   ///< cells [begin, end), all inside
+  };
+  struct Row {
+    std::int32_t begin = 0, count = 0; ///< cells that hold all inside ones of the row; count is a multiple of 8
+    std::int32_t first_run = 0, end_run = 0;
+    std::int32_t y = 0, z = 0;
+    bool sampled = false;              ///< boundary samples are taken on such rows only
+  };
+
+  explicit Voxels(const Target& target);
+
+  std::int32_t cell(int x, int y, int z) const { return (z + 1) * slice + (y + 1) * pitch + x + kPad; }
+  Eigen::Vector3i of_cell(std::int32_t cell) const {
+    return {cell % pitch - kPad, cell % slice / pitch - 1, cell / slice - 1};
+  }
+  Eigen::Vector3d position(double x, double y, double z) const { return origin + step * Eigen::Vector3d(x, y, z); }
+
+  static constexpr int kPad = 8;       ///< cells before and after each row, so that neighbours may be read blindly
+  Eigen::Vector3i size;                ///< of the box of inside voxels
+  Eigen::Vector3d origin;              ///< of voxel (0, 0, 0), target frame
+  double step = 0;
+  int pitch = 0, slice = 0, cells = 0;
+  int stride = 1;                      ///< target.distance samples a voxel, along each axis
+  Eigen::Vector3i first_sample;        ///< sample of target.distance at voxel (0, 0, 0)
+  std::vector<std::int32_t> wall;      ///< 0 inside, kUnreached outside: the largest of it and a value is the value, walled
+  std::vector<Row> rows;
+  std::vector<Run> runs;
+  double samples_weight = 1;           ///< makes a sum over sampled boundary voxels the sum at the paper's step of 0.01
+};
+
+}  // namespace transformables
