@@ -1,3 +1,5 @@
+#include <variant>
+
 #include "bindings/bindings.h"
 #include "folding/folding.h"
 #include "segmentation/segmentation.h"
@@ -37,15 +39,17 @@ void bind_segmentation(py::module_& m) {
   m.def(
       "transfer",
       [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
-         const std::optional<FoldPath>& path, int threads, const py::object& progress) {
+         const std::variant<std::string, FoldPath>& ranges, int threads, const py::object& progress) {
         TransferOptions options;
         options.threads = threads;
+        const FoldPath* path = std::get_if<FoldPath>(&ranges);
+        if (!path && std::get<std::string>(ranges) != "straight") throw InvalidInput("ranges is 'straight' or a FoldPath");
         const Progress tell = progress_from(progress);
         py::gil_scoped_release release;
-        const auto ranges = path ? ranges_of(*path, character) : straight_ranges(character, embedding);
-        return transfer(segmentation, character, target, embedding, ranges, options, tell);
+        return transfer(segmentation, character, target, embedding, path ? ranges_of(*path, character) : straight_ranges(character, embedding),
+                        options, tell);
       },
-      py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(), py::arg("path") = py::none(),
+      py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(), py::arg("ranges") = "straight",
       py::arg("threads") = 0, py::arg("progress") = py::none(),
       "Mesh transfer at every joint (Eqs. 8 to 11), over the path's ranges or, without one, from the folded angle to rest. Raises InvalidInput, Cancelled.");
 }

@@ -10,8 +10,10 @@ constexpr std::int32_t kFace = 32 << kLabelBits, kEdge = 45 << kLabelBits, kCorn
 
 #if defined(__GNUC__)
 #define EMBEDDING_INLINE inline __attribute__((always_inline))
+#define EMBEDDING_NO_OVERLAP _Pragma("GCC ivdep")  // a loop writes one row and reads others
 #else
 #define EMBEDDING_INLINE inline
+#define EMBEDDING_NO_OVERLAP
 #endif
 
 EMBEDDING_INLINE std::int32_t least(std::int32_t a, std::int32_t b) { return a < b ? a : b; }
@@ -20,6 +22,7 @@ EMBEDDING_INLINE std::int32_t least(std::int32_t a, std::int32_t b) { return a <
 EMBEDDING_INLINE std::int32_t pull_from_rows(std::int32_t* v, const std::int32_t* wall, int count, int dy, int dz) {
   const std::int32_t *a = v + dy, *b = v + dz, *c = v + dz + dy, *d = v + dz - dy;
   std::int32_t changed = 0;
+  EMBEDDING_NO_OVERLAP
   for (int i = 0; i < (count & ~7); ++i) {
     const std::int32_t face = least(a[i], b[i]);
     const std::int32_t edge = least(least(least(a[i - 1], a[i + 1]), least(b[i - 1], b[i + 1])), least(c[i], d[i]));
@@ -76,6 +79,7 @@ EMBEDDING_INLINE int sweep_until_still(const Voxels& voxels, std::int32_t* field
 }
 
 EMBEDDING_INLINE void mark(const std::int32_t* v, int count, int dy, int dz, std::uint8_t* marks) {
+  EMBEDDING_NO_OVERLAP
   for (int i = 0; i < (count & ~7); ++i) {
     const std::int32_t differs = (v[i] ^ v[i - 1]) | (v[i] ^ v[i + 1]) | (v[i] ^ v[i - dy]) | (v[i] ^ v[i + dy]) |
                                  (v[i] ^ v[i - dz]) | (v[i] ^ v[i + dz]);

@@ -3,7 +3,8 @@
 
 A job is a dict: `options` (DesignOptions.as_dict()), `character` {names, parents, hinges}, `until` (one of UNTIL),
 `stored` {embedding, path, start}, as an earlier result gave them: an embedding or a path that is there is not searched again,
-`start` is a pose to search from. Arrays: heads, tails, axes, vertices (float64), triangles (int32).
+`start` is a pose to search from; `names`, `target` and `warnings` go into the result. Arrays: heads, tails, axes, vertices,
+rotation (float64), triangles (int32).
 """
 import importlib
 import time
@@ -16,6 +17,7 @@ UNTIL = ("embedding", "segmentation", "folding", "finishing")
 STAGES = ("character", "target", *UNTIL)
 PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: printing)
 PREVIEW_CLEARANCE_MM = 0.05
+ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
 EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "symmetric", "deepest_protrusion", "deepest_collision")
 
 
@@ -41,12 +43,14 @@ class _Run:
             raise UserError(f"a job can end at {', '.join(UNTIL)}, not at {self.until!r}")
         self.stored = job.get("stored") or {}
         self.armature = job["character"]
+        self.job = job
         self.seconds, self.warnings = {}, []
         self.path = self.parts = self.segmentation = None
         self.part_arrays = {}
 
     def run(self):
         began = time.perf_counter()
+        self._warn(self.job.get("warnings", ()))  # of those who read the scene
         for stage in STAGES:
             self._stage(stage, getattr(self, f"_{stage}"))
             if stage == self.until:
@@ -122,7 +126,7 @@ class _Run:
     def _segmentation(self):
         grown = self.tn.grow(self.character, self.target, self.embedding, threads=self.options.threads,
                              progress=self._progress("segmentation", 0.0, 0.6))
-        self.segmentation = self.tn.transfer(grown, self.character, self.target, self.embedding, ranges="straight",
+        self.segmentation = self.tn.transfer(grown, self.character, self.target, self.embedding, threads=self.options.threads,
                                              progress=self._progress("segmentation", 0.6, 1.0))
 
     def _folding(self):
@@ -174,7 +178,7 @@ class _Run:
                         "terms": dict(embedding.terms), "points": [p for _, a, b in ends for p in (a, b)]})
 
     def _echo(self):
-        return {name: self.arrays[name] for name in ("heads", "tails", "axes")}
+        return {name: self.arrays[name] for name in ECHOED if name in self.arrays}
 
     def _result(self):
         character, target = self.character, self.target
@@ -187,9 +191,11 @@ class _Run:
                 "body_parents": list(character.parents), "hinges": [[list(h) for h in hs] for hs in character.hinges],
                 "first_angle": list(character.first_angle), "angle_count": character.angle_count,
                 "mirrored": bool(character.mirrored), "scale": character.scale},
-            "target": {"scale": target.scale, "centre": list(target.centre), "volume": target.volume,
+            "names": self.job.get("names", {}),
+            "target": {**self.job.get("target", {}), "scale": target.scale, "centre": list(target.centre), "volume": target.volume,
                        "grid": list(target.grid), "mirror_axis": target.mirror_axis},
-            "embedding": {name: _plain(getattr(self.embedding, name)) for name in EMBEDDING_FIELDS},
+            "embedding": self.stored.get("embedding")
+            or {name: _plain(getattr(self.embedding, name)) for name in EMBEDDING_FIELDS},
             "path": self._path_result(), "finishing": self._parts_result()}
 
     def _path_result(self):

@@ -1,37 +1,42 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One folder a stage, each with the same names: properties, operators, panel. The order is that of the work."""
 
+import importlib
+
 import bpy
 
+ORDER = ("character", "target", "embedding", "segmentation", "folding", "finishing")
 
-def _modules():
-    from ..ui import panel
-    from . import character, embedding, finishing, folding, segmentation, target
 
-    return panel, (character, target, embedding, segmentation, folding, finishing)
+def _modules(kind):
+    return [importlib.import_module(f".{stage}.{kind}", __name__) for stage in ORDER]
+
+
+def _properties():
+    return [cls for module in _modules("properties") for cls in module.CLASSES]
+
+
+def _operators_and_panels():
+    from ..ui import job_operator, panel
+
+    return [cls for module in (job_operator, panel, *_modules("operators"), *_modules("panel")) for cls in module.CLASSES]
 
 
 def register():
-    from ..ui import job_operator, settings
+    from ..ui import settings
 
-    panel, rooms = _modules()
-    for room in rooms:
-        for cls in room.properties.CLASSES:
-            bpy.utils.register_class(cls)
+    for cls in _properties():
+        bpy.utils.register_class(cls)
     settings.register()
-    for owner in (job_operator, panel, *(module for room in rooms for module in (room.operators, room.panel))):
-        for cls in owner.CLASSES:
-            bpy.utils.register_class(cls)
+    for cls in _operators_and_panels():
+        bpy.utils.register_class(cls)
 
 
 def unregister():
-    from ..ui import job_operator, settings
+    from ..ui import settings
 
-    panel, rooms = _modules()
-    for owner in reversed((job_operator, panel, *(module for room in rooms for module in (room.operators, room.panel)))):
-        for cls in reversed(owner.CLASSES):
-            bpy.utils.unregister_class(cls)
+    for cls in reversed(_operators_and_panels()):
+        bpy.utils.unregister_class(cls)
     settings.unregister()
-    for room in reversed(rooms):
-        for cls in reversed(room.properties.CLASSES):
-            bpy.utils.unregister_class(cls)
+    for cls in reversed(_properties()):
+        bpy.utils.unregister_class(cls)

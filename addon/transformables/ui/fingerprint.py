@@ -12,6 +12,7 @@ import numpy as np
 
 import bpy
 
+from ..bridge.mesh import read_triangles
 from . import settings
 
 _LOCKS = ("lock_ik_x", "lock_ik_y", "lock_ik_z", "use_ik_limit_x", "use_ik_limit_y", "use_ik_limit_z",
@@ -42,13 +43,18 @@ def _character(obj):
 def _target(obj, thorough):
     rows = [obj.name, _turn(obj.matrix_world), len(obj.data.vertices), len(obj.data.polygons), _rounded(v for c in obj.bound_box for v in c)]
     if thorough:
-        mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-        positions = np.empty(3 * len(mesh.vertices), np.float32)
-        mesh.vertices.foreach_get("co", positions)
-        corners = np.empty(len(mesh.loops), np.int32)
-        mesh.loops.foreach_get("vertex_index", corners)
-        rows += [hashlib.sha256(positions.tobytes()).hexdigest(), hashlib.sha256(corners.tobytes()).hexdigest()]
+        rows += _mesh(obj)
     return rows
+
+
+def _mesh(obj):
+    """Every vertex and triangle as a design reads them, but in the object's own space: where it stands does not matter."""
+    vertices, triangles = read_triangles(bpy.context, obj)
+    world = np.array(obj.matrix_world, np.float64)
+    if np.linalg.det(world[:3, :3]) != 0:
+        vertices = (vertices - world[:3, 3]) @ np.linalg.inv(world[:3, :3]).T
+    # Single precision, as Blender keeps them: that takes the rounding of the way there and back away.
+    return [hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in (vertices.astype(np.float32), triangles)]
 
 
 def _inputs(scene, stage, thorough):

@@ -6,7 +6,6 @@ With 'UNDO' Blender pushes one undo step when the operator finishes, and none wh
 .blend may change before the result is there.
 """
 
-import os
 import time
 
 import bpy
@@ -15,7 +14,6 @@ from ..core.options import DesignOptions, UserError
 from . import overlays, preferences, results, session, settings
 
 POLL_SECONDS = 0.05
-MODULE_FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "native")
 
 
 def options_of(scene):
@@ -110,12 +108,13 @@ class JobOperator:
             _leave_edit_mode(context)
             stored = results.stored(scene, self.uses_stored)
             message, arrays = design.gather(character, target, options_of(scene), until=self.until, **stored)
-            job = Job(message, arrays, MODULE_FOLDER)
+            job = Job(message, arrays)
             job.start()
         except UserError as error:
             self._tell_error(str(error))
             return False
         self._running = session.Running(job=job, until=self.until, scene=scene.name, character=character.name, target=target.name,
+                                        warnings=list(message.get("warnings", ())),
                                         fingerprints=results.take_fingerprints(scene, self.until))
         session.begin(self._running)
         return True
@@ -151,10 +150,10 @@ class JobOperator:
                 return {"FINISHED"}
             if kind == "progress":
                 running.stage, running.fraction, running.note = event["stage"], event["fraction"], event["note"]
-            elif kind == "warning":
+            elif kind == "warning" and event["text"] not in running.warnings:
                 running.warnings.append(event["text"])
             elif kind == "pose":
-                results.show_pose(event, objects_of(running)[2])
+                results.show_pose(event)
         if not running.job.running:
             raise UserError("The worker process ended without a result: save your work, and run again")
         _show_progress(running)
@@ -168,7 +167,7 @@ class JobOperator:
             summary = results.keep(bpy.context, running, event["result"], event["arrays"], character, target, options_of(scene))
         session.last.warnings = list(running.warnings)
         session.last.summary = summary
-        self.report({"WARNING" if running.warnings else "INFO"}, summary)
+        self.report({"INFO"}, summary)
 
     def _tell_error(self, text):
         session.last.error = text

@@ -7,11 +7,14 @@ import bpy
 
 from . import fingerprint, session, settings
 
+PIXELS_A_LETTER = 6.4  # of Blender's interface font at its common size, on average
+MARGIN_PIXELS = 62     # the panel's borders, the tabs and an icon
+
 
 def labels(layout, context, text, icon="NONE"):
     """Text that may be longer than the sidebar is wide, on as many lines as it needs."""
-    pixels_a_letter = 7.0 * context.preferences.system.ui_scale
-    width = max(20, int(context.region.width / pixels_a_letter) - 8)
+    scale = context.preferences.system.ui_scale
+    width = max(20, int((context.region.width / scale - MARGIN_PIXELS) / PIXELS_A_LETTER))
     column = layout.column(align=True)
     column.scale_y = 0.8
     for i, row in enumerate(textwrap.wrap(text, width) or [""]):
@@ -82,13 +85,13 @@ class TRANSFORMABLES_PT_main(bpy.types.Panel):
         column.enabled = session.current() is None
         chosen = context.scene.transformables
         for which, icon in (("character", "ARMATURE_DATA"), ("target", "MESH_DATA")):
-            column.prop(chosen, which, icon=icon)
-            if getattr(chosen, which) is not None:
-                if settings.picked(context.scene, which) is None:
-                    labels(column, context, "This object is not in the scene any more", "ERROR")
-            else:
-                found = settings.picked(context.scene, which)
-                labels(column, context, f"Taken: {found.name}, the only one" if found else f"Pick the {which} first", "NONE" if found else "INFO")
+            choice, found = getattr(chosen, which), settings.picked(context.scene, which)
+            by_itself = f": {found.name} (the only one)" if found is not None and choice is None else ""
+            part = column.column(align=True)
+            part.label(text=f"{which.capitalize()}{by_itself}")
+            part.prop(chosen, which, text="", icon=icon)
+            if choice is not None and found is None:
+                labels(column, context, "This object is not in the scene any more", "ERROR")
 
     def _draw_running(self, context, box):
         labels(box, context, session.line(), "TIME")

@@ -16,7 +16,7 @@ class TransformablesCharacterSettings(bpy.types.PropertyGroup):
         name="Bones", default=20, min=2, max=200, soft_max=60,
         description="How many bones to keep at most")
     fit: EnumProperty(
-        name="Size", default="auto",
+        name="Scale", default="auto",
         description="Whether the character as a whole may be scaled to suit the target",
         items=(("auto", "Fit to Target", "Scale the whole character so that it fills the target well"),
                ("off", "Keep", "Use the character at the size that it has in the scene")))

@@ -5,7 +5,7 @@ import bpy
 
 from ...ui.panel import StagePanel
 
-TERMS = (("total", "Score, lower is better"), ("compact", "Compactness"), ("skin", "Skin"), ("skeleton", "Skeleton"), ("protrude", "Sticking Out"))
+TERMS = (("total", "Score (low is good)"), ("compact", "Compactness"), ("skin", "Skin"), ("skeleton", "Skeleton"), ("protrude", "Sticking Out"))
 
 
 class TRANSFORMABLES_PT_embedding(StagePanel, bpy.types.Panel):

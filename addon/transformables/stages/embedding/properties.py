@@ -16,7 +16,7 @@ class TransformablesEmbeddingSettings(bpy.types.PropertyGroup):
                ("on", "On", "Always fold both sides alike; the character and the target must be symmetric"),
                ("off", "Off", "Let each side fold in its own way")))
     proportions: BoolProperty(
-        name="Change Proportions", default=True,
+        name="Proportions", default=True,
         description="Let single bones become longer or shorter, so that the character fills the target better")
     stored: StringProperty(
         name="Folded Pose", options={"HIDDEN"},

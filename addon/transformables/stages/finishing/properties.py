@@ -7,7 +7,7 @@ from bpy.props import EnumProperty, FloatProperty
 
 class TransformablesFinishingSettings(bpy.types.PropertyGroup):
     clearance_mm: FloatProperty(
-        name="Clearance (mm)", default=0.3, min=0.0, max=10.0, soft_min=0.1, soft_max=1.0, precision=2, step=5,
+        name="Gap (mm)", default=0.3, min=0.0, max=10.0, soft_min=0.1, soft_max=1.0, precision=2, step=5,
         description="Gap between neighboring parts when printed, in millimeters. Common: 0.3 for filament, 0.5 for resin")
     style: EnumProperty(
         name="Style", default="solid", description="Whether parts are filled or hollow",

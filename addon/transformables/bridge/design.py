@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bridge's door, for the panel and the headless command alike: gather a job from objects, apply its result."""
+import json
+
+import bpy
+
+from ..core import report, schedule
+from ..core.options import UserError
+from . import animation, armature, mesh, rig
+
+VERSION = "0.1.0"
+
+
+def gather(character_obj, target_obj, options, until="finishing", embedding=None, path=None, start=None, context=None):
+    """A job's message and arrays (core/pipeline.py) from two objects; nothing in the scene changes.
+
+    `embedding` and `path` as an earlier result gave them are not searched again; `start` is a folded pose to search from.
+    Raises UserError. A message holds names and numbers only, no reference to Blender's data.
+    """
+    context = context or bpy.context
+    options.validate()
+    for obj, kind, words in ((character_obj, "ARMATURE", "an armature"), (target_obj, "MESH", "a mesh")):
+        if obj is None or obj.type != kind:
+            raise UserError(f"'{obj.name if obj else 'nothing'}' is not {words}: pick {words} object")
+    character = armature.read_character(character_obj, options.bone_limit())
+    vertices, triangles = mesh.read_triangles(context, target_obj)
+    box = mesh.bounds(vertices, triangles)
+    message = {
+        "kind": "design", "until": until, "options": options.as_dict(),
+        "names": {"character": character_obj.name, "target": target_obj.name},
+        "character": {"names": character.names, "parents": character.parents, "hinges": character.hinges},
+        "target": {"floor": float(box[0][2]) if box else 0.0}, "warnings": character.warnings,
+        "stored": {"embedding": embedding, "path": path, "start": start}}
+    arrays = {"heads": ("d", character.heads.tobytes()), "tails": ("d", character.tails.tobytes()),
+              "axes": ("d", character.axes.tobytes()), "rotation": ("d", character.rotation.tobytes()),
+              "vertices": ("d", vertices.tobytes()), "triangles": ("i", triangles.tobytes())}
+    return message, arrays
+
+
+def apply(context, result, arrays, character_obj, target_obj, options):
+    """Makes the result's objects in the scene, in the older result's place if there is one.
+
+    Gives {"collection", "rig", "parts", "action", "schedule", "report"}. Inputs get the contract's marks, and the
+    target is hidden; nothing else of them changes.
+    """
+    layout = rig.Layout(result, arrays)
+    parts = rig.part_arrays(result, arrays, layout)
+    angles = result["embedding"]["angles"]
+    moves = result["path"]["moves"] if result["path"] else schedule.together(angles)
+    schedule.check_path(moves, angles)
+    plan = schedule.scheduled(moves, options.frames)
+    collection = rig.result_collection(context, character_obj, target_obj)
+    new_rig = rig.new_rig(context, f"{character_obj.name} rig", layout, collection, rig.standing_place(layout, parts, result))
+    rig.mark(new_rig, character_obj, target_obj)
+    objects = rig.new_parts(new_rig, layout, parts, collection, _materials(target_obj))
+    action = animation.new_fold(new_rig, layout, plan, result)
+    animation.add_slider(new_rig, action, plan.last_frame)
+    new_rig["transformable_stored"] = json.dumps({key: result[key] for key in ("options", "embedding", "path")})
+    scene = context.scene
+    scene.frame_start, scene.frame_end = schedule.FIRST_FRAME, plan.last_frame
+    scene.frame_set(schedule.FIRST_FRAME)
+    return {"collection": collection, "rig": new_rig, "parts": objects, "action": action, "schedule": plan,
+            "report": report.build(result, plan, VERSION, bpy.app.version_string)}
+
+
+def _materials(target_obj):
+    """The target's first material: the parts' faces can't say yet which of several was theirs."""
+    return [slot.material for slot in target_obj.material_slots[:1] if slot.material]

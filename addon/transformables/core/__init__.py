@@ -1,0 +1,1 @@
+"""What the add-on decides without Blender: no module here imports bpy."""

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The report of a design, as CONTRACT.md lays it down: plain JSON from a job's result."""
+import json
+import math
+
+from .options import LONGEST_SIDE, DesignOptions
+
+LETTERS = "XYZ"
+
+
+def build(result, schedule, version, blender, warnings=()):
+    """The report as a dict. `schedule` is that of the fold's action; `warnings` come on top of the result's own."""
+    options = DesignOptions(**result["options"])
+    character, embedding, finishing = result["character"], result["embedding"], result["finishing"]
+    collisions = _collisions(result, schedule, options) if finishing else []
+    terms = dict(embedding["terms"])
+    finished = bool(finishing) and not finishing["preview"]
+    return _finite({
+        "version": version, "blender": blender, "native_version": result["native_version"],
+        "seconds": dict(result["seconds"]),
+        "bones": len({bone for members in character["members"] for bone in members}),
+        "bodies": len(character["bodies"]), "parts": len(finishing["parts"]) if finishing else 0,
+        "grid": list(result["target"]["grid"]), "resolution": options.resolution, "seed": options.seed,
+        "options": result["options"], "symmetric": embedding["symmetric"],
+        "objective": {**terms, "weighted_sum": terms.get("total")},
+        # What is measured at samples of the whole motion, after all is carved; not yet a proof between samples.
+        "certified": finished and not collisions,
+        "minimum_clearance_mm": options.millimetres(finishing["minimum_clearance"]) if finished else None,
+        "collisions": collisions,
+        "carved_volume_pct": finishing["carved_volume_pct"] if finished else None,
+        "filled_volume_pct": finishing["filled_volume_pct"] if finished else None,
+        "folding_order": folding_order(result, schedule),
+        "frames": [1, schedule.last_frame],
+        "fit_scale": character["scale"] / result["target"]["scale"],
+        "proportions": dict(zip(character["bodies"], embedding["morphology"])),
+        "peak_memory_mb": result["peak_memory_mb"],
+        "warnings": [*warnings, *result["warnings"]]})
+
+
+def folding_order(result, schedule):
+    """Every turn in the order of the fold: bone, axis, angles in degrees, frames; turns of one move share its frames."""
+    owners = _owners(result["character"])
+    return [{"bone": owners[angle][0], "axis": owners[angle][1], "from_deg": math.degrees(start), "to_deg": math.degrees(end),
+             "frames": [step.start, step.end]}
+            for step in schedule.steps for angle, start, end in step.turns]
+
+
+def collision_line(collision):
+    """One collision in words."""
+    turning = ", ".join(f"{a['bone']} at {a['angle_deg']:.0f} degrees" for a in collision["angles"])
+    return (f"'{collision['bones'][0]}' and '{collision['bones'][1]}' meet at frame {collision['frame']:g} ({turning}): "
+            f"{collision['volume_mm3']:.3g} mm3")
+
+
+def write(path, report):
+    with open(path, "w", encoding="utf-8") as out:
+        json.dump(report, out, indent=1, allow_nan=False)
+        out.write("\n")
+
+
+def _collisions(result, schedule, options):
+    bodies, owners = result["character"]["bodies"], _owners(result["character"])
+    cubic = (options.size_mm / LONGEST_SIDE) ** 3
+    rows = []
+    for collision in result["finishing"]["collisions"]:
+        step = next((s for s in schedule.steps if s.move == collision["move"]), None)
+        frame = schedule.frame_of(step.move, collision["fraction"]) if step else schedule.last_frame
+        angles = schedule.angles_at(frame, result["character"]["angle_count"])
+        rows.append({
+            "bones": [bodies[collision["bone_a"]], bodies[collision["bone_b"]]], "frame": round(frame, 3),
+            "volume_mm3": collision["volume"] * cubic,
+            "angles": [{"bone": owners[a][0], "axis": owners[a][1], "angle_deg": math.degrees(angles[a])}
+                       for a, _, _ in (step.turns if step else [])]})
+    return rows
+
+
+def _owners(character):
+    """(bone, axis letter) of every angle."""
+    owners = {}
+    for body, first, hinges in zip(character["bodies"], character["first_angle"], character["hinges"]):
+        for offset, (axis, _, _) in enumerate(hinges):
+            owners[first + offset] = (body, LETTERS[axis])
+    return owners
+
+
+def _finite(value):
+    """JSON knows no NaN and no infinity: null instead."""
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Keeps what a job found, as plain JSON text in the scene, and hands it to later jobs while it still fits."""
+
+import json
+
+from . import fingerprint, overlays, session
+
+STORES = {"embedding": "embedding_stage", "path": "folding_stage"}  # what `gather` takes, and where it is kept
+STAGE_OF = {"embedding": "embedding", "path": "folding"}
+
+
+def stored(scene, names):
+    """Of the named stored results those that still belong to the scene's inputs, as arguments for `gather`."""
+    found = {}
+    for name in names:
+        group = getattr(scene.transformables, STORES[name])
+        if fingerprint.fits(scene, STAGE_OF[name], group.stored_for, thorough=True):
+            found[name] = json.loads(group.stored)
+    if "path" in found and "embedding" not in found:
+        del found["path"]  # a path leads from one folded pose only
+    return found
+
+
+def take_fingerprints(scene, until):
+    """The inputs' fingerprints when a job begins: what changes while it runs makes its result out of date."""
+    stages = session.STAGES[session.STAGES.index("embedding"):session.STAGES.index(until) + 1]
+    return {stage: fingerprint.take(scene, stage) for stage in stages}
+
+
+def keep(context, running, result, arrays, character, target, options):
+    """Stores a job's result in the scene and, when there are parts, makes the objects. Gives a line for the user."""
+    from ..bridge import design
+
+    scene = context.scene
+    if result["finishing"] is not None:
+        design.apply(context, result, arrays, character, target, options)
+    _store(scene, running, "embedding", result["embedding"])
+    if result["finishing"] is not None and "segmentation" in running.fingerprints:
+        _store(scene, running, "segmentation", _shares(result))
+    if result["path"] is not None:
+        _store(scene, running, "folding", result["path"])
+    if running.until != "embedding":
+        overlays.clear()
+    return _summary(result)
+
+
+def _store(scene, running, stage, value):
+    group = getattr(scene.transformables, f"{stage}_stage")
+    group.stored = json.dumps(value)
+    group.stored_for = running.fingerprints[stage]
+
+
+def _shares(result):
+    parts, volume = result["finishing"]["parts"], result["target"]["volume"]
+    return {part["bone"] if isinstance(part["bone"], str) else result["character"]["bodies"][part["bone"]]: part["volume"] / volume
+            for part in parts}
+
+
+def _summary(result):
+    seconds = f"{result['seconds']['total']:.0f} s"
+    if result["until"] == "embedding":
+        return f"Folded pose found in {seconds}; score {result['embedding']['terms']['total']:.4g}"
+    if result["until"] == "segmentation":
+        return f"Target divided into {len(result['finishing']['parts'])} parts in {seconds}"
+    if result["until"] == "folding":
+        left = len(result["path"]["collisions"])
+        return f"Fold of {len(result['path']['moves'])} moves planned in {seconds}" + (f"; {left} collisions to carve" if left else "")
+    left = len(result["finishing"]["collisions"])
+    made = f"Design of {len(result['finishing']['parts'])} parts made in {seconds}"
+    return f"{made}, but {left} collisions are left" if left else f"{made}; it folds without collision"
+
+
+def show_pose(event):
+    """Draws a pose that the worker found: its bones' ends in Blender's world."""
+    overlays.show(event["points"])
+    session.redraw()

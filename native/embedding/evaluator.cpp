@@ -1,0 +1,282 @@
+#include "embedding/evaluator.h"
+
+#include <cmath>
+#include <limits>
+
+#include "embedding/flood.h"
+
+namespace transformables {
+namespace {
+
+constexpr int kAround = 6;              // protrusion samples on a ring
+constexpr double kSampleSpacing = 0.01; // along a capsule: the paper's step
+constexpr double kThinnest = 0.87;      // steps; a thinner capsule could miss every voxel's centre
+// Where the nearest point of parent and child is their joint, both are equally near: a little of how far a place
+// lies past a bone's end is added, so that the joint's bisector plane decides.
+constexpr double kBisector = 0.1;
+
+/// Two units that are at right angles to a unit vector and to each other.
+void across(const Eigen::Vector3d& d, Eigen::Vector3d& u, Eigen::Vector3d& v) {
+  int smallest;
+  d.cwiseAbs().minCoeff(&smallest);
+  u = d.cross(Eigen::Vector3d::Unit(smallest)).normalized();
+  v = d.cross(u);
+}
+
+double positive(double x) { return x > 0 ? x : 0; }
+
+}  // namespace
+
+Evaluator::Evaluator(const Character& character, const Target& target, std::shared_ptr<const Voxels> voxels,
+                     const ObjectiveWeights& weights)
+    : target_(target), voxels_(std::move(voxels)), weights_(weights), skeleton_(character) {
+  field_.assign(std::size_t(voxels_->cells), kUnreached);
+  marks_.assign(std::size_t(voxels_->pitch), 0);
+  for (const Bone& bone : character.bones) {
+    const std::size_t count = std::max<std::size_t>(1, bone.segments.size());
+    for (std::size_t s = 0; s < count; ++s) {
+      const double length = bone.segments.empty() ? 0 : (bone.segments[s].b - bone.segments[s].a).norm();
+      stations_.push_back(1 + std::max(1, int(std::ceil(length / kSampleSpacing))));
+      sample_count_ += std::size_t(stations_.back() * kAround + 2);
+    }
+  }
+}
+
+Evaluation Evaluator::without_flood(const Pose& pose, const Morphology& morphology) {
+  Evaluation result;
+  skeleton_.set(pose, morphology);
+  add_limits(pose, result.terms);
+  for (const double scale : morphology) result.terms.morphology += std::log(scale) * std::log(scale);
+  const CapsuleCollisions collisions = skeleton_.collisions();
+  result.terms.skeleton = collisions.sum_of_squares;
+  result.deepest_collision = collisions.deepest;
+  result.violation = collisions.sum;
+  add_protrusion(result);
+  return result;
+}
+
+Evaluation Evaluator::operator()(const Pose& pose, const Morphology& morphology) {
+  Evaluation result = without_flood(pose, morphology);
+  ObjectiveTerms& terms = result.terms;
+  if (plant_seeds()) {
+    flood(*voxels_, field_.data());
+    add_boundaries(pose, terms);
+  } else {
+    terms.compact = compact_without_seeds();
+  }
+  terms.total = weights_.compact * terms.compact + weights_.skin * terms.skin + weights_.skeleton * terms.skeleton +
+                weights_.protrude * terms.protrude + weights_.limits * terms.limits + weights_.morphology * terms.morphology;
+  return result;
+}
+
+void Evaluator::add_limits(const Pose& pose, ObjectiveTerms& terms) const {
+  for (const Bone& bone : skeleton_.character.bones)
+    for (std::size_t k = 0; k < bone.hinges.size(); ++k) {
+      const double angle = pose.angles[bone.first_angle + Eigen::Index(k)];
+      const double out = positive(bone.hinges[k].min_rad - angle) + positive(angle - bone.hinges[k].max_rad);
+      terms.limits += out * out;
+    }
+}
+
+void Evaluator::add_protrusion(Evaluation& evaluation) const {
+  double sum = 0;
+  const auto& bones = skeleton_.character.bones;
+  for (std::size_t i = 0; i < bones.size(); ++i) {
+    double deepest = 0;
+    for (int s = skeleton_.first_segment[i]; s < skeleton_.first_segment[i + 1]; ++s)
+      deepest = std::max(deepest, protrusion(skeleton_.segments[std::size_t(s)], stations_[std::size_t(s)], bones[i].radius, sum));
+    evaluation.violation += deepest;
+    evaluation.deepest_protrusion = std::max(evaluation.deepest_protrusion, deepest);
+  }
+  evaluation.terms.protrude = sum / double(sample_count_);
+}
+
+double Evaluator::protrusion(const Skeleton::PosedSegment& segment, int stations, double radius, double& sum) const {
+  const Eigen::Vector3d d = segment.length > 0 ? segment.direction : Eigen::Vector3d::UnitX();
+  Eigen::Vector3d u, v;
+  across(d, u, v);
+  double deepest = 0;
+  const auto add = [&](const Eigen::Vector3d& p) {
+    const double out = positive(distance_at(target_, p));
+    sum += out * out;
+    deepest = std::max(deepest, out);
+  };
+  for (int k = 0; k < stations; ++k) {
+    const Eigen::Vector3d c = segment.a + segment.length * k / (stations - 1) * d;
+    if (distance_at(target_, c) + radius <= 0) continue;  // a distance changes no faster than one goes: all of it is inside
+    for (int r = 0; r < kAround; ++r) {
+      const double turn = (r + 0.5 * (k % 2)) * (2 * M_PI / kAround);
+      add(c + radius * (std::cos(turn) * u + std::sin(turn) * v));
+    }
+    if (k == 0) add(c - radius * d);
+    if (k == stations - 1) add(c + radius * d);
+  }
+  return deepest;
+}
+
+bool Evaluator::plant_seeds() {
+  std::fill(field_.begin(), field_.end(), kUnreached);
+  bool any = false;
+  const auto& bones = skeleton_.character.bones;
+  for (std::size_t i = 0; i < bones.size(); ++i)
+    for (int s = skeleton_.first_segment[i]; s < skeleton_.first_segment[i + 1]; ++s)
+      any |= plant_segment(skeleton_.segments[std::size_t(s)], int(i), bones[i].radius);
+  return any;
+}
+
+// Goes along the capsule slice by slice of its steepest axis. Within a slice it covers no more than sqrt 2 radii
+// about the axis. A seed's start is its distance from the axis, so that of two bones that overlap the nearer wins.
+bool Evaluator::plant_segment(const Skeleton::PosedSegment& segment, int bone, double radius) {
+  const Voxels& vox = *voxels_;
+  const Eigen::Vector3d a = (segment.a - vox.origin) / vox.step;
+  const double length = segment.length / vox.step, thick = std::max(radius / vox.step, kThinnest);
+  const double excess = (skeleton_.largest_radius - radius) / vox.step;  // thinner bones start later
+  const Eigen::Vector3d along = length * segment.direction;
+  int m;
+  segment.direction.cwiseAbs().maxCoeff(&m);
+  const int u = (m + 1) % 3, v = (m + 2) % 3;
+  const double low = std::min(a[m], a[m] + along[m]) - thick, high = std::max(a[m], a[m] + along[m]) + thick;
+  const int first = std::max(0, int(std::ceil(low))), last = std::min(vox.size[m] - 1, int(std::floor(high)));
+  const double half = 1.4143 * thick;
+  const int strides[3] = {1, vox.pitch, vox.slice};
+  bool any = false;
+  for (int k = first; k <= last; ++k) {
+    const double t = std::abs(along[m]) > 1e-9 ? std::clamp((k - a[m]) / along[m], 0.0, 1.0) : 0.0;
+    const double cu = a[u] + t * along[u], cv = a[v] + t * along[v];
+    const int u0 = std::max(0, int(std::ceil(cu - half))), u1 = std::min(vox.size[u] - 1, int(std::floor(cu + half)));
+    const int v0 = std::max(0, int(std::ceil(cv - half))), v1 = std::min(vox.size[v] - 1, int(std::floor(cv + half)));
+    for (int j = v0; j <= v1; ++j) {
+      std::int32_t cell = vox.cell(0, 0, 0) + k * strides[m] + j * strides[v] + u0 * strides[u];
+      for (int i = u0; i <= u1; ++i, cell += strides[u]) {
+        const double dm = k - a[m], du = i - a[u], dv = j - a[v];
+        const double free = dm * segment.direction[m] + du * segment.direction[u] + dv * segment.direction[v];
+        const double at = std::clamp(free, 0.0, length);
+        const double square = dm * dm + du * du + dv * dv - at * (2 * free - at);
+        if (square > thick * thick || vox.wall[std::size_t(cell)] != 0) continue;
+        const double value = std::sqrt(positive(square)) + kBisector * std::abs(free - at) + excess;
+        const std::int32_t packed = (std::int32_t(kUnitsPerStep * value + 0.5) << kLabelBits) | bone;
+        field_[std::size_t(cell)] = std::min(field_[std::size_t(cell)], packed);
+        any = true;
+      }
+    }
+  }
+  return any;
+}
+
+Evaluator::Nearest Evaluator::nearest(int bone, const Eigen::Vector3d& p) const {
+  Nearest best;
+  best.distance2 = std::numeric_limits<double>::infinity();
+  for (int s = skeleton_.first_segment[std::size_t(bone)]; s < skeleton_.first_segment[std::size_t(bone) + 1]; ++s) {
+    const Skeleton::PosedSegment& segment = skeleton_.segments[std::size_t(s)];
+    const Eigen::Vector3d from = p - segment.a;
+    const double free = from.dot(segment.direction), at = std::clamp(free, 0.0, segment.length);
+    const Eigen::Vector3d offset = from - at * segment.direction;
+    const double square = offset.squaredNorm();
+    if (square >= best.distance2) continue;
+    best.distance2 = square;
+    best.offset = offset;
+    best.overshoot = free < 0 ? Eigen::Vector3d(-segment.direction)
+                              : free > segment.length ? segment.direction : Eigen::Vector3d::Zero();
+  }
+  return best;
+}
+
+int Evaluator::nearest_bone(const Eigen::Vector3d& p) const {
+  int best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (int b = 0; b < int(skeleton_.character.bones.size()); ++b) {
+    const double square = nearest(b, p).distance2;
+    if (square < least) {
+      least = square;
+      best = b;
+    }
+  }
+  return best;
+}
+
+// Eqs. 2 and 3 over the voxels on the boundary of parts: those next to the outside or to another bone's.
+void Evaluator::add_boundaries(const Pose& pose, ObjectiveTerms& terms) {
+  const Voxels& vox = *voxels_;
+  const auto& bones = skeleton_.character.bones;
+  const std::int32_t neighbours[6] = {-1, 1, -vox.pitch, vox.pitch, -vox.slice, vox.slice};
+  double compact = 0, skin = 0;
+  for (const Voxels::Row& row : vox.rows) {
+    if (!row.sampled) continue;
+    mark_boundary(vox, field_.data(), row, marks_.data());
+    const std::int32_t row_start = vox.cell(0, row.y, row.z);
+    for (int r = row.first_run; r < row.end_run; ++r)
+      for (std::int32_t c = vox.runs[std::size_t(r)].begin; c < vox.runs[std::size_t(r)].end; ++c) {
+        if (marks_[std::size_t(c - row.begin)] == 0) continue;
+        const int bone = field_[std::size_t(c)] & kNoLabel;
+        if (bone == kNoLabel) continue;
+        const Eigen::Vector3d p = vox.position(c - row_start, row.y, row.z);
+        const double out = positive(std::sqrt(nearest(bone, p).distance2) - bones[std::size_t(bone)].radius);
+        compact += out * out;
+        const int parent = bones[std::size_t(bone)].parent;
+        if (parent < 0) continue;
+        Eigen::Vector3d towards = Eigen::Vector3d::Zero();
+        int count = 0;
+        for (int k = 0; k < 6; ++k)
+          if ((field_[std::size_t(c + neighbours[k])] & kNoLabel) == parent) {
+            towards[k / 2] += k % 2 == 0 ? -0.5 : 0.5;
+            ++count;
+          }
+        if (count > 0) skin += joint_sample(pose, p + vox.step / count * towards, bone);
+      }
+  }
+  terms.compact = vox.samples_weight * compact;
+  terms.skin = vox.samples_weight * skin;
+}
+
+// The interface of two bones is where both are equally near; its normal, from child to parent, is the gradient of
+// D_child - D_parent.
+double Evaluator::joint_sample(const Pose& pose, const Eigen::Vector3d& p, int child) const {
+  const Bone& bone = skeleton_.character.bones[std::size_t(child)];
+  const Nearest c = nearest(child, p), q = nearest(bone.parent, p);
+  Eigen::Vector3d normal = c.offset / std::sqrt(std::max(c.distance2, 1e-24)) - q.offset / std::sqrt(std::max(q.distance2, 1e-24)) +
+                           kBisector * (c.overshoot - q.overshoot);
+  const double length = normal.norm();
+  if (length < 1e-9) return 0;
+  normal /= length;
+  const Eigen::Vector3d arm = p - skeleton_.heads[std::size_t(child)];
+  double sum = 0;
+  for (std::size_t k = 0; k < bone.hinges.size(); ++k) {
+    const auto angle = std::size_t(bone.first_angle) + k;
+    const double along = skeleton_.hinge_axes[angle].cross(arm).dot(normal), alpha = pose.angles[Eigen::Index(angle)];
+    sum += positive((bone.hinges[k].min_rad - alpha) * along) + positive((bone.hinges[k].max_rad - alpha) * along);
+  }
+  return sum;
+}
+
+// A skeleton that misses the target altogether: its outer voxels belong to the nearest bone as the crow flies.
+double Evaluator::compact_without_seeds() const {
+  const Voxels& vox = *voxels_;
+  const std::int32_t neighbours[6] = {-1, 1, -vox.pitch, vox.pitch, -vox.slice, vox.slice};
+  double sum = 0;
+  for (const Voxels::Row& row : vox.rows) {
+    if (!row.sampled) continue;
+    for (int r = row.first_run; r < row.end_run; ++r)
+      for (std::int32_t c = vox.runs[std::size_t(r)].begin; c < vox.runs[std::size_t(r)].end; ++c) {
+        if (std::none_of(neighbours, neighbours + 6, [&](std::int32_t n) { return vox.wall[std::size_t(c + n)] != 0; })) continue;
+        const Eigen::Vector3d p = vox.position(c - vox.cell(0, row.y, row.z), row.y, row.z);
+        const int bone = nearest_bone(p);
+        const double out = positive(std::sqrt(nearest(bone, p).distance2) - skeleton_.character.bones[std::size_t(bone)].radius);
+        sum += out * out;
+      }
+  }
+  return vox.samples_weight * sum;
+}
+
+void Evaluator::read_labels(std::vector<std::int16_t>& labels) const {
+  const Voxels& vox = *voxels_;
+  const GridShape& shape = target_.distance.shape;
+  labels.assign(shape.count(), -1);
+  for (const std::size_t i : target_.inside) {
+    const Eigen::Vector3i voxel = ((shape.cell(i) - vox.first_sample).cast<double>() / vox.stride).array().round().matrix().cast<int>();
+    const Eigen::Vector3i c = voxel.cwiseMax(0).cwiseMin(vox.size - Eigen::Vector3i::Ones());
+    const std::int32_t bone = field_[std::size_t(vox.cell(c.x(), c.y(), c.z()))] & kNoLabel;
+    labels[i] = std::int16_t(bone == kNoLabel ? nearest_bone(shape.position(i)) : bone);
+  }
+}
+
+}  // namespace transformables

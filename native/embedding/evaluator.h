@@ -1,0 +1,65 @@
+// The objective's working part (Eqs. 1 to 5): everything flat, nothing allocated in an evaluation.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "embedding/embedding.h"
+#include "embedding/skeleton.h"
+#include "embedding/voxels.h"
+
+namespace transformables {
+
+/// What the search needs to know besides the terms.
+struct Evaluation {
+  ObjectiveTerms terms;
+  double deepest_protrusion = 0;   ///< of the samples on the capsules
+  double deepest_collision = 0;    ///< of capsules that are not joined
+  double violation = 0;            ///< sum of all collision depths and of each bone's deepest protrusion: 0 when feasible
+};
+
+class Evaluator {
+ public:
+  Evaluator(const Character& character, const Target& target, std::shared_ptr<const Voxels> voxels, const ObjectiveWeights& weights);
+
+  /// @param pose, morphology  of the character's sizes
+  Evaluation operator()(const Pose& pose, const Morphology& morphology);
+
+  /// The cheap terms alone (compact and skin stay 0): no flood.
+  Evaluation without_flood(const Pose& pose, const Morphology& morphology);
+
+  /// Bone at each sample of target.distance after a whole evaluation, -1 outside.
+  void read_labels(std::vector<std::int16_t>& labels) const;
+
+  const Skeleton& skeleton() const { return skeleton_; }
+  const std::vector<std::int32_t>& field() const { return field_; }
+
+ private:
+  struct Nearest {
+    double distance2 = 0;
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();     ///< from the nearest point of the axis to p
+    Eigen::Vector3d overshoot = Eigen::Vector3d::Zero();  ///< unit, out of the bone past its end; zero when not past it
+  };
+  void add_limits(const Pose& pose, ObjectiveTerms& terms) const;
+  void add_protrusion(Evaluation& evaluation) const;
+  double protrusion(const Skeleton::PosedSegment& segment, int stations, double radius, double& sum_of_squares) const;
+  bool plant_seeds();
+  bool plant_segment(const Skeleton::PosedSegment& segment, int bone, double radius);
+  void add_boundaries(const Pose& pose, ObjectiveTerms& terms);
+  double compact_without_seeds() const;
+  double joint_sample(const Pose& pose, const Eigen::Vector3d& p, int child) const;
+  Nearest nearest(int bone, const Eigen::Vector3d& p) const;
+  int nearest_bone(const Eigen::Vector3d& p) const;
+
+  const Target& target_;
+  std::shared_ptr<const Voxels> voxels_;
+  ObjectiveWeights weights_;
+  Skeleton skeleton_;
+  std::vector<std::int32_t> field_;
+  std::vector<std::uint8_t> marks_;
+  std::vector<int> stations_;                              ///< of each segment: places along it that carry protrusion samples
+  std::size_t sample_count_ = 0;                           ///< M of Eq. 5
+};
+
+}  // namespace transformables

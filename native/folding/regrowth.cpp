@@ -1,0 +1,175 @@
+#include "folding/regrowth.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+
+namespace transformables::folding {
+namespace {
+
+/// Part `bone` meets `other` in a move.
+struct Encounter {
+  int other = 0;
+  PairMotion motion;
+};
+
+class Regrowth {
+ public:
+  Regrowth(const Design& design, const std::vector<std::int16_t>& core, const std::vector<SampledMove>& moves, const RegrowthOptions& options);
+  void grow(const Progress& progress);
+  std::vector<std::size_t> fill();
+  std::vector<std::int16_t> owner;
+
+ private:
+  template <class Visit>
+  void each_neighbour(std::size_t s, const Visit& visit) const;
+  void take(std::size_t s, int bone);
+  bool wave(int bone, int number);
+  int hits(std::size_t s, int bone, int enough) const;
+  bool may_try(std::size_t s, int bone, int number) const;
+  char& dead(std::size_t s, int bone) { return dead_[std::size_t(place_[s]) * bones_ + bone]; }
+  char dead(std::size_t s, int bone) const { return dead_[std::size_t(place_[s]) * bones_ + bone]; }
+
+  const Design& design_;
+  const GridShape& shape_;
+  const RegrowthOptions options_;
+  std::size_t bones_;
+  std::vector<std::vector<Encounter>> encounters_;
+  std::vector<PartField> fields_;
+  std::vector<int> place_;                          // of a sample among the inside ones, -1 outside
+  std::vector<int> reached_;                        // wave in which some part first touched it
+  std::vector<char> dead_;                          // [place][bone]: it would collide
+  std::vector<std::vector<std::uint32_t>> fringe_;  // [bone]: samples to be tried
+  int wave_ = 0;
+};
+
+Regrowth::Regrowth(const Design& design, const std::vector<std::int16_t>& core, const std::vector<SampledMove>& moves, const RegrowthOptions& options)
+    : owner(core.size(), -1), design_(design), shape_(design.segmentation.shape), options_(options), bones_(std::size_t(design.bones())),
+      encounters_(bones_), fields_(bones_), place_(core.size(), -1), reached_(core.size(), -1), dead_(design.target.inside.size() * bones_, 0),
+      fringe_(bones_) {
+  for (std::size_t i = 0; i < design.target.inside.size(); ++i) place_[design.target.inside[i]] = int(i);
+  std::vector<char> has_core(bones_, 0);
+  for (const std::size_t s : design.target.inside)
+    if (core[s] >= 0) has_core[core[s]] = 1;
+  for (const SampledMove& move : moves)
+    for (int a = 0; a < int(bones_); ++a)
+      for (int b = 0; b < int(bones_); ++b)
+        if (a != b && move.group(a) != move.group(b) && has_core[a] && has_core[b]) encounters_[a].push_back({b, move.pair(a, b)});
+  for (const std::size_t s : design.target.inside)
+    if (core[s] >= 0) take(s, core[s]);
+  tbb::parallel_for(std::size_t(0), bones_, [&](std::size_t b) { fields_[b] = PartField(owner, shape_, int(b)); });
+}
+
+template <class Visit>
+void Regrowth::each_neighbour(std::size_t s, const Visit& visit) const {
+  const Eigen::Vector3i c = shape_.cell(s);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const int side : {-1, 1}) {
+      Eigen::Vector3i n = c;
+      n[axis] += side;
+      if (shape_.contains(n) && place_[shape_.index(n)] >= 0) visit(shape_.index(n));
+    }
+}
+
+void Regrowth::take(std::size_t s, int bone) {
+  owner[s] = std::int16_t(bone);
+  each_neighbour(s, [&](std::size_t n) {
+    if (owner[n] >= 0) return;
+    if (reached_[n] < 0) reached_[n] = wave_;
+    fringe_[bone].push_back(std::uint32_t(n));
+  });
+}
+
+/// How many encounters of the path a sample collides in as part of a bone; stops counting at `enough`.
+int Regrowth::hits(std::size_t s, int bone, int enough) const {
+  const Eigen::Vector3f p = shape_.cell(s).cast<float>();
+  int found = 0;
+  for (const Encounter& e : encounters_[bone]) {
+    if (first_hit(fields_[e.other], e.motion, p, e.motion.speed(p, 0), 0, options_.tolerance) >= 0) ++found;
+    if (found >= enough) break;
+  }
+  return found;
+}
+
+bool Regrowth::may_try(std::size_t s, int bone, int number) const {
+  const int former = design_.segmentation.owner[s];
+  return former == bone || dead(s, former) || number >= reached_[s] + options_.patience;
+}
+
+bool Regrowth::wave(int bone, int number) {
+  auto& fringe = fringe_[bone];
+  std::sort(fringe.begin(), fringe.end());
+  fringe.erase(std::unique(fringe.begin(), fringe.end()), fringe.end());
+  std::vector<std::uint32_t> tried, waiting;
+  for (const std::uint32_t s : fringe) {
+    if (owner[s] >= 0 || dead(s, bone)) continue;
+    (may_try(s, bone, number) ? tried : waiting).push_back(s);
+  }
+  fringe = waiting;
+  std::vector<char> free(tried.size(), 0);
+  tbb::parallel_for(std::size_t(0), tried.size(), [&](std::size_t i) { free[i] = hits(tried[i], bone, 1) == 0; });
+  bool grew = false;
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    if (free[i]) take(tried[i], bone), grew = true;
+    else dead(tried[i], bone) = 1;
+  }
+  if (grew) fields_[bone] = PartField(owner, shape_, bone);
+  return grew || !waiting.empty();
+}
+
+void Regrowth::grow(const Progress& progress) {
+  const double longest = double(shape_.size.maxCoeff());
+  bool more = true;
+  for (wave_ = 1; more; ++wave_) {
+    progress(std::min(0.9, double(wave_) / longest), "giving material to parts that can carry it");
+    more = false;
+    for (std::size_t b = 0; b < bones_; ++b) more = wave(int(b), wave_) || more;
+  }
+}
+
+/// Gives what is left to the neighbour with which it collides least, layer by layer.
+std::vector<std::size_t> Regrowth::fill() {
+  std::vector<std::size_t> left;
+  for (const std::size_t s : design_.target.inside)
+    if (owner[s] < 0) left.push_back(s);
+  const std::vector<std::size_t> all = left;
+  constexpr int kMany = 1000;
+  while (!left.empty()) {
+    std::vector<int> choice(left.size(), -1);
+    tbb::parallel_for(std::size_t(0), left.size(), [&](std::size_t i) {
+      int least = kMany + 1;
+      std::array<int, 6> seen{-1, -1, -1, -1, -1, -1};
+      std::size_t count = 0;
+      each_neighbour(left[i], [&](std::size_t n) {
+        const int bone = owner[n];
+        if (bone < 0 || std::find(seen.begin(), seen.end(), bone) != seen.end()) return;
+        seen[count++] = bone;
+        const int found = hits(left[i], bone, kMany);
+        if (found < least || (found == least && bone == design_.segmentation.owner[left[i]])) least = found, choice[i] = bone;
+      });
+    });
+    std::vector<std::size_t> rest;
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      if (choice[i] >= 0) owner[left[i]] = std::int16_t(choice[i]);
+      else rest.push_back(left[i]);
+    }
+    if (rest.size() == left.size()) throw InvalidInput("folding: the target's inside samples are not one connected piece; repair the target");
+    left = std::move(rest);
+  }
+  return all;
+}
+
+}  // namespace
+
+Regrown regrown(const Design& design, const std::vector<std::int16_t>& core, const std::vector<SampledMove>& moves,
+                const RegrowthOptions& options, const Progress& progress) {
+  Regrowth growth(design, core, moves, options);
+  growth.grow(progress);
+  Regrown result;
+  result.yielding = growth.fill();
+  result.owner = std::move(growth.owner);
+  return result;
+}
+
+}  // namespace transformables::folding

@@ -1,0 +1,55 @@
+// Mesh transfer for every pair of parts along a whole path.
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+
+#include "folding/carve_estimate.h"
+#include "folding/cores.h"
+#include "folding/folding.h"
+#include "folding/regrowth.h"
+
+namespace transformables {
+namespace folding {
+namespace {
+
+std::size_t count(const std::vector<char>& flags) { return std::size_t(std::count(flags.begin(), flags.end(), char(1))); }
+
+Segmentation transferred(const Design& design, const FoldPath& path, const FoldingOptions& options, const Progress& progress,
+                         TransferAlongResult& result) {
+  const float tolerance = float(options.tolerance_steps);
+  const auto moves = sampled_moves(design, path, options.largest_step_rad);
+  const std::size_t before = count(carving_of(design, design.segmentation.owner, moves, tolerance));
+  result.colliding_before = result.colliding_after = double(before) * design.sample_volume();
+  if (before == 0) return design.segmentation;
+  const RegrowthOptions growth{tolerance, 3};
+  Regrown grown = regrown(design, cores_of(design), moves, growth, progress);
+  Segmentation changed = design.segmentation;
+  changed.owner = std::move(grown.owner);
+  changed = retiled(changed, design.character, design.target, design.embedding);
+  const std::size_t after = count(carving_of(design, changed.owner, moves, tolerance));
+  if (after >= before) return design.segmentation;
+  std::size_t moved = 0;
+  for (const std::size_t s : design.target.inside) moved += changed.owner[s] != design.segmentation.owner[s];
+  result.colliding_after = double(after) * design.sample_volume();
+  result.moved_volume = double(moved) * design.sample_volume();
+  result.yielding = std::move(grown.yielding);
+  return changed;
+}
+
+}  // namespace
+}  // namespace folding
+
+Segmentation transfer_along(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+                            const FoldPath& path, const FoldingOptions& options, const Progress& progress, TransferAlongResult* result) {
+  const folding::Design design{character, segmentation, target, embedding};
+  folding::check(design, options);
+  folding::check(path, embedding.pose.angles);
+  TransferAlongResult facts;
+  Segmentation changed;
+  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  arena.execute([&] { changed = folding::transferred(design, path, options, progress, facts); });
+  if (result) *result = std::move(facts);
+  return changed;
+}
+
+}  // namespace transformables

@@ -1,0 +1,90 @@
+// Sparse storage for many level sets: blocks of 8^3 samples, each with a layer for every bone that is near. Inner to the room.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "common/grid.h"
+#include "segmentation/lattice.h"
+
+namespace transformables::segmentation_inner {
+
+inline constexpr int kSide = 8, kCells = kSide * kSide * kSide;
+inline constexpr int kHaloSide = kSide + 2, kHaloCells = kHaloSide * kHaloSide * kHaloSide;
+
+/// One bone's level set in a block, in steps, clamped to the band.
+struct Layer {
+  std::int16_t bone;
+  std::uint8_t faces = 0;                 ///< bit f: the front is near that face of the block
+  std::array<float, kCells> phi, next;    ///< before and after the running step
+
+  explicit Layer(std::int16_t b) : bone(b) { phi.fill(kBand), next.fill(kBand); }
+};
+
+struct Block {
+  std::array<float, kCells> limit;        ///< the target's distance in steps: no level set goes below it
+  std::array<char, kCells> inside;
+  std::vector<std::unique_ptr<Layer>> layers;   ///< by bone
+  int inside_count = 0;
+  int unclaimed = 0;
+  int quiet = 0;                          ///< steps since all was claimed
+
+  Layer* layer(int bone) const {
+    for (const auto& l : layers)
+      if (l->bone == bone) return l.get();
+    return nullptr;
+  }
+  /// True when the layer is new.
+  bool add(std::int16_t bone) {
+    const auto at = std::lower_bound(layers.begin(), layers.end(), bone, [](const auto& l, std::int16_t b) { return l->bone < b; });
+    if (at != layers.end() && (*at)->bone == bone) return false;
+    layers.insert(at, std::make_unique<Layer>(bone));
+    return true;
+  }
+};
+
+/// All blocks of a grid.
+struct Blocks {
+  GridShape shape;                 ///< of the samples
+  Eigen::Vector3i counts;          ///< blocks along each axis
+  std::vector<Block> all;
+
+  int index(int x, int y, int z) const { return (z * counts.y() + y) * counts.x() + x; }
+  Eigen::Vector3i cell(int b) const { return {b % counts.x(), (b / counts.x()) % counts.y(), b / (counts.x() * counts.y())}; }
+  bool contains(const Eigen::Vector3i& c) const { return (c.array() >= 0).all() && (c.array() < counts.array()).all(); }
+
+  /// A layer with a border of one sample from the neighbouring blocks; `next` of blocks that are flagged awake, when asked for.
+  void gather(int block, int bone, const std::vector<char>* next_of, float* out) const {
+    const Eigen::Vector3i at = cell(block);
+    const float* from[27];
+    for (int k = 0; k < 27; ++k) {
+      const Eigen::Vector3i c = at + Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+      from[k] = nullptr;
+      if (!contains(c)) continue;
+      const int b = index(c.x(), c.y(), c.z());
+      if (const Layer* l = all[b].layer(bone)) from[k] = next_of && (*next_of)[b] ? l->next.data() : l->phi.data();
+    }
+    for (int z = -1; z <= kSide; ++z)
+      for (int y = -1; y <= kSide; ++y) {
+        const int row = 9 * (z < 0 ? 0 : z < kSide ? 1 : 2) + 3 * (y < 0 ? 0 : y < kSide ? 1 : 2);
+        const int offset = ((z & 7) * kSide + (y & 7)) * kSide;
+        float* line = out + ((z + 1) * kHaloSide + y + 1) * kHaloSide;
+        line[0] = from[row] ? from[row][offset + kSide - 1] : kBand;
+        if (from[row + 1])
+          std::copy_n(from[row + 1] + offset, kSide, line + 1);
+        else
+          std::fill_n(line + 1, kSide, kBand);
+        line[kSide + 1] = from[row + 2] ? from[row + 2][offset] : kBand;
+      }
+  }
+};
+
+inline int halo_index(int cell) {
+  const int x = cell % kSide, y = cell / kSide % kSide, z = cell / (kSide * kSide);
+  return ((z + 1) * kHaloSide + y + 1) * kHaloSide + x + 1;
+}
+
+}  // namespace transformables::segmentation_inner

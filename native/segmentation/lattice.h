@@ -1,0 +1,41 @@
+// Walking over the samples of a grid. Inner to the room.
+#pragma once
+
+#include <tbb/task_arena.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/grid.h"
+#include "target/target.h"
+
+namespace transformables::segmentation_inner {
+
+/// Level sets are kept to within so many steps of their zero; farther values say only the side.
+inline constexpr float kBand = 3;
+/// Least distance in steps of a sample from an interface: keeps the smallest level set unique where parts touch.
+inline constexpr float kLeast = 0.01f;
+
+/// Calls `visit` with the index of each face neighbour of a sample, in a fixed order.
+template <class Visit>
+inline void for_neighbours(const GridShape& shape, std::size_t index, Visit visit) {
+  const Eigen::Vector3i c = shape.cell(index);
+  const std::size_t row = shape.size.x(), slice = row * shape.size.y();
+  if (c.x() > 0) visit(index - 1);
+  if (c.x() + 1 < shape.size.x()) visit(index + 1);
+  if (c.y() > 0) visit(index - row);
+  if (c.y() + 1 < shape.size.y()) visit(index + row);
+  if (c.z() > 0) visit(index - slice);
+  if (c.z() + 1 < shape.size.z()) visit(index + slice);
+}
+
+inline std::vector<char> inside_flags(const Target& target) {
+  std::vector<char> flags(target.distance.shape.count(), 0);
+  for (std::size_t i : target.inside) flags[i] = 1;
+  return flags;
+}
+
+inline int arena_size(int threads) { return threads > 0 ? threads : tbb::task_arena::automatic; }
+
+}  // namespace transformables::segmentation_inner

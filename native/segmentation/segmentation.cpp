@@ -1,0 +1,60 @@
+#include "segmentation/segmentation.h"
+
+#include <cmath>
+
+#include "segmentation/growth.h"
+#include "segmentation/skeleton.h"
+#include "segmentation/surfaces.h"
+#include "segmentation/tiling.h"
+
+namespace transformables {
+namespace {
+
+using namespace segmentation_inner;
+
+void check(const SegmentationOptions& options) {
+  if (!(std::isfinite(options.speed) && options.speed > 0))
+    throw InvalidInput("segmentation: the speed of growth must be a positive number");
+  if (!(options.curvature >= 0 && options.curvature <= 0.5))
+    throw InvalidInput("segmentation: the curvature factor must be 0 to 0.5; beyond that growth is unstable");
+  if (!(std::isfinite(options.curvature_limit) && options.curvature_limit >= 0))
+    throw InvalidInput("segmentation: the curvature limit must be a number of 0 or more");
+  if (options.threads < 0) throw InvalidInput("segmentation: the number of threads must be 0 (all cores) or more");
+}
+
+void check_same_grid(const Segmentation& segmentation, const Character& character, const Target& target) {
+  if (!(segmentation.shape == target.distance.shape) || segmentation.owner.size() != segmentation.shape.count())
+    throw InvalidInput("the segmentation belongs to another target or resolution; segment again");
+  if (segmentation.phi.size() != character.bones.size())
+    throw InvalidInput("the segmentation belongs to another character; segment again");
+}
+
+}  // namespace
+
+// The speed v0 only sets the unit of time: a step of growth is half a voxel, however long that takes, and `curvature` is relative to v0.
+Segmentation grow(const Character& character, const Target& target, const Embedding& embedding, const SegmentationOptions& options,
+                  const Progress& progress) {
+  check(options);
+  progress(0, "placing the skeleton");
+  const Skeleton skeleton = skeleton_on_lattice(character, target, embedding);
+  Grown growth = grown(character, target, skeleton, options, progress);
+  polish(target, growth.owner, growth.phi, options.threads);
+  const std::vector<std::int16_t> claimed = growth.owner;
+  Segmentation result{target.distance.shape, std::move(growth.owner), std::move(growth.phi), skeleton.frames};
+  make_tiling(target, skeleton.core, int(character.bones.size()), result.owner);
+  std::vector<char> doubtful(claimed.size(), 0);
+  for (std::size_t i : target.inside) doubtful[i] = claimed[i] != result.owner[i];
+  settle(result, target, doubtful, options.threads);
+  progress(1, "skins grown");
+  return result;
+}
+
+Segmentation retiled(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding) {
+  check_same_grid(segmentation, character, target);
+  Segmentation result = segmentation;
+  make_tiling(target, skeleton_on_lattice(character, target, embedding).core, int(character.bones.size()), result.owner);
+  settle(result, target, {}, 0);
+  return result;
+}
+
+}  // namespace transformables

@@ -1,0 +1,30 @@
+// The skeleton on the lattice: which samples a bone must keep, whatever happens to its skin. Inner to the room.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "character/character.h"
+#include "embedding/embedding.h"
+#include "target/target.h"
+
+namespace transformables::segmentation_inner {
+
+struct Skeleton {
+  std::vector<Eigen::Isometry3d> frames;   ///< object mode, target frame
+  std::vector<SkeletalShape> shapes;
+  std::vector<std::int16_t> core;          ///< for each sample the bone whose axis runs through it, -1: none. The samples
+                                           ///< of a bone are one face-connected piece, and at least one.
+};
+
+/// @throws InvalidInput when sizes do not fit; Infeasible when a bone has no room in the target
+Skeleton skeleton_on_lattice(const Character& character, const Target& target, const Embedding& embedding);
+
+/// Signed distance (target units) from a point in the target frame to a bone's skeletal shape.
+double distance_to_bone(const Skeleton& skeleton, int bone, const Eigen::Vector3d& p);
+
+/// Samples that transfer must leave with their bone: the core, and the capsule within 0.9 of its radius.
+bool is_protected(const Skeleton& skeleton, const GridShape& shape, int bone, std::size_t sample);
+
+}  // namespace transformables::segmentation_inner

@@ -1,0 +1,247 @@
+#include "segmentation/surfaces.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "segmentation/lattice.h"
+
+namespace transformables::segmentation_inner {
+namespace {
+
+constexpr int kMargin = 4;            // samples around a part in its box
+constexpr int kReach = 3;             // samples around a doubtful one that are fitted anew
+constexpr int kFits = 60;             // iterations of the fit
+constexpr int kPolishes = 6;          // diffusion steps: about one sample's width in all
+constexpr double kContinuation = 4.5; // steps that level sets go on outside the target
+
+// What all bones' level sets are rebuilt against.
+struct Surroundings {
+  const Target& target;
+  const std::vector<std::int16_t>& owner;
+  const std::vector<char>& inside;
+  const std::vector<char>& doubtful;
+  const std::vector<std::size_t>& shell;   // outside samples near the surface, nearest first
+};
+
+std::vector<std::size_t> shell_of(const Target& target, const std::vector<char>& inside) {
+  std::vector<std::size_t> shell;
+  const double reach = kContinuation * target.distance.shape.step;
+  for (std::size_t i = 0; i < inside.size(); ++i)
+    if (!inside[i] && target.distance[i] < reach) shell.push_back(i);
+  std::sort(shell.begin(), shell.end(), [&](std::size_t a, std::size_t b) {
+    return target.distance[a] != target.distance[b] ? target.distance[a] < target.distance[b] : a < b;
+  });
+  return shell;
+}
+
+// One bone's level set while it is rebuilt, in steps, over its box.
+class Rebuild {
+ public:
+  Rebuild(const Surroundings& around, int bone, const Eigen::Vector3i& first, const GridShape& box)
+      : around_(around), bone_(bone), first_(first), phi_(box, kBand), dirty_(box.count(), 0) {}
+
+  Grid<float> run(const Grid<float>& before) {
+    take(before);
+    find_dirty();
+    if (!fitted_.empty()) {
+      start_fit();
+      for (int k = 0; k < kFits; ++k) fit();
+    }
+    for (std::size_t i = 0; i < phi_.values.size(); ++i)
+      if (inside(i)) phi_[i] = right_side(i, phi_[i], kLeast);
+    continue_outside();
+    for (float& v : phi_.values) v *= float(phi_.shape.step);
+    return std::move(phi_);
+  }
+
+ private:
+  std::size_t global(std::size_t i) const { return around_.target.distance.shape.index(phi_.shape.cell(i) + first_); }
+  bool inside(std::size_t i) const { return around_.inside[global(i)]; }
+  bool own(std::size_t i) const { return around_.owner[global(i)] == bone_; }
+  float right_side(std::size_t i, float v, float least) const {
+    return own(i) ? std::clamp(v, -kBand, -least) : std::clamp(v, least, kBand);
+  }
+
+  void take(const Grid<float>& before);
+  void find_dirty();
+  void start_fit();
+  void fit();
+  void continue_outside();
+
+  const Surroundings& around_;
+  int bone_;
+  Eigen::Vector3i first_;
+  Grid<float> phi_;
+  std::vector<char> dirty_;
+  std::vector<std::size_t> fitted_;
+  std::vector<float> bend_, next_;
+};
+
+// Old values where there are any; elsewhere far on the side that the owner says.
+void Rebuild::take(const Grid<float>& before) {
+  const double step = phi_.shape.step;
+  const Eigen::Vector3i shift = before.values.empty() ? Eigen::Vector3i::Zero().eval() : before.shape.nearest(phi_.shape.origin);
+  for (std::size_t i = 0; i < phi_.values.size(); ++i) {
+    const Eigen::Vector3i c = phi_.shape.cell(i) + shift;
+    if (!before.values.empty() && before.shape.contains(c))
+      phi_[i] = float(before.at(c) / step);
+    else
+      phi_[i] = own(i) ? -kBand : kBand;
+  }
+}
+
+void Rebuild::find_dirty() {
+  for (std::size_t i = 0; i < phi_.values.size(); ++i) {
+    if (!inside(i)) continue;
+    const bool wrong = own(i) ? phi_[i] > kLeast : phi_[i] < -kLeast;
+    const bool doubted = !around_.doubtful.empty() && around_.doubtful[global(i)];
+    if (wrong || doubted) dirty_[i] = 1, fitted_.push_back(i);
+  }
+  std::size_t begin = 0;
+  for (int ring = 0; ring < kReach; ++ring) {
+    const std::size_t end = fitted_.size();
+    for (; begin < end; ++begin)
+      for_neighbours(phi_.shape, fitted_[begin], [&](std::size_t n) {
+        if (!dirty_[n] && inside(n)) dirty_[n] = 1, fitted_.push_back(n);
+      });
+  }
+  std::sort(fitted_.begin(), fitted_.end());
+}
+
+// First guess: the number of steps to the nearest sample of the other side, unless the old value can stand.
+void Rebuild::start_fit() {
+  std::vector<int> layer(phi_.values.size(), 0);
+  std::vector<std::size_t> front;
+  for (std::size_t i : fitted_) {
+    bool beside = false;
+    for_neighbours(phi_.shape, i, [&](std::size_t n) { beside |= inside(n) && own(n) != own(i); });
+    if (beside) layer[i] = 1, front.push_back(i);
+  }
+  for (std::size_t k = 0; k < front.size(); ++k)
+    for_neighbours(phi_.shape, front[k], [&](std::size_t n) {
+      if (dirty_[n] && layer[n] == 0) layer[n] = layer[front[k]] + 1, front.push_back(n);
+    });
+  for (std::size_t i : fitted_) {
+    const float guess = layer[i] > 0 ? std::min(float(layer[i]) - 0.5f, kBand) : kBand;
+    const bool stands = own(i) == (phi_[i] < 0) && std::abs(phi_[i]) < guess + 0.5f &&
+                        !(!around_.doubtful.empty() && around_.doubtful[global(i)]);
+    if (!stands) phi_[i] = own(i) ? -guess : guess;
+  }
+  bend_.assign(phi_.values.size(), 0);
+  next_ = phi_.values;
+}
+
+// A step down the bending energy (the Laplacian squared) with every sample held on its owner's side, after Lempitsky's
+// smooth surfaces from binary volumes (2010).
+void Rebuild::fit() {
+  const auto deviation = [&](const std::vector<float>& f, std::size_t i) {
+    float sum = 0;
+    int count = 0;
+    for_neighbours(phi_.shape, i, [&](std::size_t n) {
+      if (inside(n)) sum += f[n], ++count;
+    });
+    return count > 0 ? sum / float(count) - f[i] : 0.f;
+  };
+  for (std::size_t i : fitted_) bend_[i] = deviation(phi_.values, i);
+  for (std::size_t i : fitted_) next_[i] = right_side(i, phi_[i] + 0.5f * bend_[i] - 0.3f * deviation(bend_, i), 4 * kLeast);
+  for (std::size_t i : fitted_) phi_[i] = next_[i];
+}
+
+// Each outside sample from its neighbours nearer to the target, weighted as the target's normal runs: constant along normals.
+void Rebuild::continue_outside() {
+  const Grid<float>& d = around_.target.distance;
+  const Eigen::Vector3i end = first_ + phi_.shape.size;
+  std::vector<char> known(phi_.values.size(), 0);
+  for (std::size_t i = 0; i < phi_.values.size(); ++i) {
+    known[i] = inside(i);
+    if (!known[i]) phi_[i] = kBand;
+  }
+  for (std::size_t g : around_.shell) {
+    const Eigen::Vector3i c = d.shape.cell(g);
+    if ((c.array() < first_.array()).any() || (c.array() >= end.array()).any()) continue;
+    const std::size_t i = phi_.shape.index(c - first_);
+    float sum = 0, weight = 0;
+    for_neighbours(phi_.shape, i, [&](std::size_t n) {
+      const float w = d[g] - d[global(n)];
+      if (known[n] && w > 0) sum += w * phi_[n], weight += w;
+    });
+    if (weight > 0) phi_[i] = sum / weight, known[i] = 1;
+  }
+}
+
+// Diffusion of one level set where it is near its zero; neighbours outside the target do not count.
+void diffuse(const Target& target, const std::vector<char>& inside, Grid<float>& phi) {
+  if (phi.values.empty()) return;
+  const Eigen::Vector3i first = target.distance.shape.nearest(phi.shape.origin);
+  const float near = float(2 * phi.shape.step);
+  std::vector<char> in(phi.values.size());
+  std::vector<std::size_t> band;
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    in[i] = inside[target.distance.shape.index(phi.shape.cell(i) + first)];
+    if (in[i] && std::abs(phi[i]) < near) band.push_back(i);
+  }
+  std::vector<float> next(band.size());
+  for (int k = 0; k < kPolishes; ++k) {
+    for (std::size_t b = 0; b < band.size(); ++b) {
+      float sum = 0;
+      int count = 0;
+      for_neighbours(phi.shape, band[b], [&](std::size_t n) {
+        if (in[n]) sum += phi[n], ++count;
+      });
+      next[b] = count > 0 ? 0.5f * (phi[band[b]] + sum / float(count)) : phi[band[b]];
+    }
+    for (std::size_t b = 0; b < band.size(); ++b) phi[band[b]] = next[b];
+  }
+}
+
+}  // namespace
+
+void polish(const Target& target, std::vector<std::int16_t>& owner, std::vector<Grid<float>>& phi, int threads) {
+  const std::vector<char> inside = inside_flags(target);
+  const GridShape& shape = target.distance.shape;
+  tbb::task_arena arena(arena_size(threads));
+  arena.execute([&] { tbb::parallel_for(0, int(phi.size()), [&](int b) { diffuse(target, inside, phi[b]); }); });
+  std::vector<float> least(shape.count(), std::numeric_limits<float>::infinity());
+  for (std::size_t bone = 0; bone < phi.size(); ++bone) {
+    if (phi[bone].values.empty()) continue;
+    const Eigen::Vector3i first = shape.nearest(phi[bone].shape.origin);
+    for (std::size_t i = 0; i < phi[bone].values.size(); ++i) {
+      const std::size_t g = shape.index(phi[bone].shape.cell(i) + first);
+      if (owner[g] < 0 || phi[bone][i] >= least[g]) continue;
+      least[g] = phi[bone][i];
+      owner[g] = std::int16_t(bone);
+    }
+  }
+}
+
+void settle(Segmentation& segmentation, const Target& target, const std::vector<char>& doubtful, int threads) {
+  const GridShape& shape = segmentation.shape;
+  const std::vector<char> inside = inside_flags(target);
+  const std::vector<std::size_t> shell = shell_of(target, inside);
+  const Surroundings around{target, segmentation.owner, inside, doubtful, shell};
+  const int bones = int(segmentation.phi.size());
+  std::vector<Eigen::Vector3i> low(bones, shape.size), high(bones, Eigen::Vector3i::Constant(-1));
+  for (std::size_t i : target.inside) {
+    const int b = segmentation.owner[i];
+    low[b] = low[b].cwiseMin(shape.cell(i)), high[b] = high[b].cwiseMax(shape.cell(i));
+  }
+  tbb::task_arena arena(arena_size(threads));
+  arena.execute([&] {
+    tbb::parallel_for(0, bones, [&](int b) {
+      if (high[b].x() < 0) {
+        segmentation.phi[b] = {};
+        return;
+      }
+      const Eigen::Vector3i first = (low[b].array() - kMargin).max(0);
+      const Eigen::Vector3i end = (high[b].array() + kMargin + 1).min(shape.size.array());
+      Rebuild rebuild(around, b, first, {end - first, shape.position(first), shape.step});
+      segmentation.phi[b] = rebuild.run(segmentation.phi[b]);
+    });
+  });
+}
+
+}  // namespace transformables::segmentation_inner

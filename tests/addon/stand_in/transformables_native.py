@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Stands in for the native module where only the plumbing is tested: processes, frames, the order of rooms.
+
+It designs nothing: every bone gets the same small box. The seed chooses how it behaves.
+"""
+import os
+import signal
+import struct
+import sys
+import time
+from types import SimpleNamespace
+
+version = "stand-in"
+CALM, ANSWERS_SLOWLY, DEAF, KILLED, HUNGRY, BAD_INPUT, FAULT, NOISY, ABORTS, INFEASIBLE = range(10)
+LONG = 30.0
+TETRAHEDRON = ((0, 0, 0), (0.05, 0, 0), (0, 0.05, 0), (0, 0, 0.05))
+FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+calls = []
+
+
+class InvalidInput(ValueError):
+    pass
+
+
+class Infeasible(RuntimeError):
+    pass
+
+
+class Cancelled(RuntimeError):
+    pass
+
+
+def _told(progress, fraction, note=""):
+    if progress and not progress(fraction, note):
+        raise Cancelled("cancelled")
+
+
+def make_character(*, names, parents, heads, tails, axes, hinges):
+    calls.append("make_character")
+    first, count = [], 0
+    for row in hinges:
+        first.append(count)
+        count += len(row)
+    return SimpleNamespace(names=list(names), members=[[i] for i in range(len(names))], parents=list(parents),
+                           hinges=[list(h) for h in hinges], angle_count=count, first_angle=first, mirrored=False, scale=1.0)
+
+
+def make_target(*, vertices, triangles, resolution=64, progress=None):
+    calls.append("make_target")
+    _told(progress, 0.5)
+    return SimpleNamespace(scale=0.25, centre=[1.0, 2.0, 3.0], volume=0.06, grid=[resolution] * 3,
+                           warnings=["2 vertices were welded"], mirror_axis=None, resolution=resolution)
+
+
+def fitted(character, target, *, least_radius, scale=0.0):
+    calls.append("fitted")
+    assert least_radius > 0
+    character.scale = scale or 0.5
+    return character
+
+
+class Embedding:
+    def __init__(self, *, root, angles, morphology, symmetric=False):
+        self.root, self.angles, self.morphology, self.symmetric = root, angles, morphology, symmetric
+        self.terms, self.deepest_protrusion, self.deepest_collision = {"compact": 0.1, "total": 0.25}, 0.0, 0.0
+
+
+def embed(character, target, *, seed=0, symmetry="auto", proportions=True, threads=0, start=None, progress=None, best=None):
+    calls.append("embed")
+    _behave(seed, progress)
+    embedding = Embedding(root=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0.1, 0, 0, 1], angles=[0.5] * character.angle_count,
+                          morphology=[1.0] * len(character.names))
+    if best:
+        best(embedding)
+    _told(progress, 1.0)
+    return embedding
+
+
+def _behave(seed, progress):
+    began = time.monotonic()
+    while seed == ANSWERS_SLOWLY and time.monotonic() - began < LONG:
+        _told(progress, 0.1, "slowly")
+        time.sleep(0.01)
+    if seed == DEAF:
+        _told(progress, 0.1, "deaf")
+        time.sleep(LONG)
+    if seed == KILLED:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if seed == HUNGRY:
+        return bytearray(8 << 30)
+    if seed == BAD_INPUT:
+        raise InvalidInput("bone 'arm': its range is empty:\n  give it one")
+    if seed == INFEASIBLE:
+        raise Infeasible("the character does not fit: allow more voxels")
+    if seed == FAULT:
+        raise KeyError("unforeseen")
+    if seed == NOISY:
+        for _ in range(2000):
+            print("a library talks to standard output, at length " * 4)
+            os.write(1, b"TFM1 and so does its C code\n")
+        sys.stdout.flush()
+    if seed == ABORTS:
+        sys.stderr.write("terminate called after throwing an instance of 'std::bad_alloc'\n")
+        sys.stderr.flush()
+        os.abort()
+
+
+def grow(character, target, embedding, *, threads=0, progress=None):
+    calls.append("grow")
+    return SimpleNamespace(volumes=[0.01] * len(character.names))
+
+
+def transfer(segmentation, character, target, embedding, *, path=None, threads=0, progress=None):
+    calls.append("transfer")
+    return segmentation
+
+
+class FoldPath:
+    def __init__(self, *, moves):
+        self.moves, self.overlap_volume, self.collisions = moves, 0.0, []
+
+
+def plan(segmentation, character, target, embedding, *, threads=0, progress=None):
+    calls.append("plan")
+    return FoldPath(moves=[[(i, angle, 0.0)] for i, angle in enumerate(embedding.angles)])
+
+
+def transfer_along(segmentation, character, target, embedding, path, *, threads=0, progress=None):
+    calls.append("transfer_along")
+    return segmentation
+
+
+def finish(segmentation, character, target, embedding, path, *, clearance, style="solid", wall=0.004, threads=0, progress=None):
+    calls.append("finish")
+    vertices = struct.pack("<12d", *(x for v in TETRAHEDRON for x in v))
+    triangles = struct.pack("<12i", *(i for f in FACES for i in f))
+    parts = [{"bone": i, "vertices": vertices, "triangles": triangles, "volume": 2e-5} for i in range(len(character.names))]
+    return SimpleNamespace(parts=parts, collisions=[], minimum_clearance=0.001, carved_volume_pct=1.0,
+                           filled_volume_pct=98.0, warnings=[])

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The order of rooms, and what goes between them. The native module is the stand-in."""
+import os
+import sys
+
+import pytest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from jobs import STAND_IN, two_bones
+from transformables.core import pipeline
+from transformables.core.options import UserError
+
+ALL = ["make_character", "make_target", "fitted", "embed", "grow", "transfer", "plan", "transfer_along", "finish"]
+
+
+class Ears:
+    def __init__(self, stop_at=None):
+        self.heard, self.warnings, self.poses, self.stop_at = [], [], [], stop_at
+
+    def progress(self, stage, fraction, note=""):
+        self.heard.append((stage, fraction))
+        return stage != self.stop_at
+
+    def pose(self, fields):
+        self.poses.append(fields)
+
+    def warning(self, text):
+        self.warnings.append(text)
+
+
+@pytest.fixture
+def native(monkeypatch):
+    monkeypatch.syspath_prepend(STAND_IN)
+    monkeypatch.delitem(sys.modules, "transformables_native", raising=False)
+    import transformables_native
+    transformables_native.calls.clear()
+    yield transformables_native
+    sys.modules.pop("transformables_native")
+
+
+def test_rooms_follow_each_other_and_every_stage_is_timed(native):
+    ears = Ears()
+    result, arrays = pipeline.run(*two_bones(), ears)
+    assert native.calls == ALL
+    assert {"embedding", "segmentation", "folding", "finishing", "total"} <= set(result["seconds"])
+    assert result["peak_memory_mb"] > 1
+    assert {"heads", "tails", "axes", "rotation", "part_0_vertices", "part_1_triangles"} <= set(arrays)
+    for stage in pipeline.STAGES:
+        fractions = [f for s, f in ears.heard if s == stage]
+        assert fractions == sorted(fractions) and fractions[0] == 0 and fractions[-1] == 1
+
+
+@pytest.mark.parametrize("until, calls", [
+    ("embedding", ALL[:4]), ("segmentation", ALL[:6] + ["finish"]), ("folding", ALL[:8] + ["finish"])])
+def test_a_job_ends_where_it_is_told_to_and_shows_parts_as_soon_as_there_are_any(native, until, calls):
+    result, _ = pipeline.run(*two_bones(until=until), Ears())
+    assert native.calls == calls
+    assert (result["finishing"] is None) == (until == "embedding")
+    assert (result["path"] is None) == (until in ("embedding", "segmentation"))
+
+
+def test_what_is_stored_is_not_searched_again(native):
+    first, _ = pipeline.run(*two_bones(), Ears())
+    native.calls.clear()
+    message, arrays = two_bones(stored={"embedding": first["embedding"], "path": first["path"]})
+    second, _ = pipeline.run(message, arrays, Ears())
+    assert "embed" not in native.calls and "plan" not in native.calls
+    assert second["embedding"] == first["embedding"] and second["path"]["moves"] == first["path"]["moves"]
+
+
+def test_a_stored_pose_of_another_character_is_refused(native):
+    first, _ = pipeline.run(*two_bones(until="embedding"), Ears())
+    stored = {"embedding": {**first["embedding"], "angles": [0.1, 0.2]}}
+    with pytest.raises(UserError, match="another character"):
+        pipeline.run(*two_bones(stored=stored), Ears())
+
+
+def test_a_stored_path_from_another_pose_is_refused(native):
+    first, _ = pipeline.run(*two_bones(), Ears())
+    stored = {"embedding": first["embedding"], "path": {**first["path"], "moves": [[[0, 1.25, 0.0]]]}}
+    with pytest.raises(UserError, match="run the folding stage again"):
+        pipeline.run(*two_bones(stored=stored), Ears())
+
+
+@pytest.mark.parametrize("stage", pipeline.STAGES)
+def test_every_stage_can_be_stopped(native, stage):
+    with pytest.raises((pipeline.Cancelled, native.Cancelled)):
+        pipeline.run(*two_bones(), Ears(stop_at=stage))
+
+
+def test_the_best_pose_is_told_as_lines_in_blenders_world(native):
+    ears = Ears()
+    pipeline.run(*two_bones(), ears)
+    root_head, root_tail, arm_head, arm_tail = ears.poses[0]["points"]
+    assert root_head == pytest.approx((1.0 + 0.1 / 0.25, 2.0, 3.0))  # root in target units, over scale, from the centre
+    assert arm_head == pytest.approx(root_tail)
+    bone = 0.5 / 0.25  # fit scale over target scale, times a length of 1
+    assert arm_head[1] - root_head[1] == pytest.approx(bone)
+    assert sum((a - b) ** 2 for a, b in zip(arm_head, arm_tail)) ** 0.5 == pytest.approx(bone)
+
+
+def test_an_unknown_end_is_refused(native):
+    with pytest.raises(UserError):
+        pipeline.run(*two_bones(until="painting"), Ears())

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel as a user meets it, in a real window with simulated events. Run by scripts/gui_test.sh.
+
+    blender --factory-startup --enable-event-simulate --python tests/gui/test_design.py -- [scenario ...]
+"""
+import os
+import sys
+import tempfile
+
+import addon_utils
+import bpy
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+for folder in (HERE, os.path.join(os.path.dirname(os.path.dirname(HERE)), "addon")):
+    if folder not in sys.path:
+        sys.path.insert(0, folder)
+
+import driver  # noqa: E402  (its folder is put on the path just above)
+from driver import click_button, find_button, open_tab, picture, press, wait_for  # noqa: E402
+
+DESIGN = "bpy.ops.transformables.design"
+CANCEL = "bpy.ops.transformables.cancel"
+LONGEST_DESIGN_SECONDS = 400  # drawing in software takes most of it
+
+
+def make_scene():
+    """A snake of four bones and an egg in an empty file, with the add-on enabled."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    yield 0.5
+    _enable()
+    with bpy.context.temp_override(window=driver.window()):  # a timer has no window of its own
+        _add_objects()
+    yield 0.5
+
+
+def _add_objects():
+    armature = bpy.data.objects.new("Snake", bpy.data.armatures.new("Snake"))
+    bpy.context.scene.collection.objects.link(armature)
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    parent = None
+    for i in range(4):
+        bone = armature.data.edit_bones.new(f"link{i}")
+        bone.head, bone.tail = (0, i, 0), (0, i + 1, 0)
+        bone.parent = parent
+        parent = bone
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, location=(4, 0, 0))
+    bpy.context.object.name = "Egg"
+    bpy.context.object.scale = (1.0, 1.4, 0.9)
+    bpy.context.scene.transformables.target_stage.resolution = 32
+    bpy.context.view_layer.update()
+    bpy.ops.ed.undo_push(message="Set-up")
+
+
+def _enable():
+    bpy.context.preferences.view.show_splash = False
+    assert addon_utils.enable("transformables", default_set=True) is not None
+
+
+def names():
+    return {obj.name for obj in bpy.data.objects}
+
+
+def roles():
+    return sorted(obj["transformable_role"] for obj in bpy.data.objects if "transformable_role" in obj)
+
+
+def running():
+    from transformables.ui import session
+    return session.current()
+
+
+def worker_is_gone(pid):
+    """Ended: no such process, or one that is only waiting to be collected."""
+    try:
+        with open(f"/proc/{pid}/stat") as f:
+            return f.read().rpartition(")")[2].split()[0] == "Z"
+    except FileNotFoundError:
+        return True
+
+
+def start_design():
+    """Opens the tab, clicks Design, and waits for the worker to be at work. Gives its process id."""
+    yield from make_scene()
+    yield from open_tab(bpy.types.TRANSFORMABLES_PT_main)
+    yield from picture("panel")
+    yield from click_button(DESIGN)
+    yield from wait_for(lambda: running() is not None, 10, "the click to start a design")
+    yield from wait_for(lambda: running() is None or running().job.pid is not None, 20, "the worker")
+    assert running() is not None, "the design ended before it could be looked at: " + last_error()
+    return running().job.pid
+
+
+def last_error():
+    from transformables.ui import session
+    return session.last.error
+
+
+def clicking_design_gives_the_result_and_ctrl_z_takes_it_away_in_one_step():
+    pid = yield from start_design()
+    before = names()
+    yield from wait_for(lambda: running() is None or running().stage == "embedding", 60, "the embedding stage")
+    yield from picture("running")
+    yield from wait_for(lambda: running() is None, LONGEST_DESIGN_SECONDS, "the result")
+    assert not last_error(), last_error()
+    made = roles()
+    assert made.count("rig") == 1 and made.count("part") >= 2, made
+    assert made.count("character") == 1 and made.count("target") == 1, made
+    assert before < names()
+    assert worker_is_gone(pid)
+    assert bpy.context.scene.transformables.embedding_stage.stored
+    yield from picture("result")
+    yield from press("Z", ctrl=True)
+    yield 1.0
+    assert names() == before, names() ^ before
+    assert roles() == [], roles()
+    assert bpy.context.scene.transformables.embedding_stage.stored == ""
+    assert not bpy.data.objects["Egg"].hide_get()
+
+
+def esc_cancels_and_leaves_the_scene_as_it_was():
+    pid = yield from start_design()
+    before = names()
+    yield from press("ESC")
+    yield from wait_for(lambda: running() is None, 5, "Esc to end the design")
+    yield 0.5
+    assert worker_is_gone(pid)
+    assert names() == before and roles() == []
+    assert last_error() == ""
+    yield from find_button(DESIGN)  # it can be started again
+
+
+def the_cancel_button_in_the_panel_cancels():
+    pid = yield from start_design()
+    yield from click_button(CANCEL)
+    yield from wait_for(lambda: running() is None, 10, "the Cancel button to end the design")
+    yield 0.5
+    assert worker_is_gone(pid)
+
+
+def disabling_the_add_on_ends_its_worker():
+    pid = yield from start_design()
+    addon_utils.disable("transformables", default_set=True)
+    yield 1.0
+    assert worker_is_gone(pid)
+    assert not hasattr(bpy.types.Scene, "transformables")
+    yield from driver.move_to(*driver.middle_of_view())  # the operator's handler must be gone: events may not crash it
+    yield 0.5
+    _enable()
+    yield 0.5
+    assert bpy.ops.transformables.design.poll()
+
+
+def loading_a_file_ends_the_worker():
+    path = os.path.join(tempfile.mkdtemp(), "other.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    pid = yield from start_design()
+    bpy.ops.wm.open_mainfile(filepath=path)
+    yield 1.0
+    assert running() is None
+    assert worker_is_gone(pid)
+    yield from driver.move_to(*driver.middle_of_view())
+    yield 0.5
+    assert "transformables" in bpy.context.preferences.addons
+
+
+def deleting_the_target_while_it_runs_is_a_clear_error():
+    pid = yield from start_design()
+    bpy.data.objects.remove(bpy.data.objects["Egg"])
+    yield from wait_for(lambda: running() is None, 10, "the design to end")
+    assert "Egg" in last_error() and "deleted" in last_error(), last_error()
+    yield from picture("error")
+    yield 0.5
+    assert worker_is_gone(pid)
+    assert roles() == []
+
+
+def the_stages_run_one_by_one_each_from_the_stored_result():
+    from transformables.ui.panel import StagePanel
+    addon_utils.disable("transformables", default_set=True)
+    StagePanel.bl_options = set()  # panels as of a user who has opened them all
+    try:
+        yield from make_scene()
+    finally:
+        StagePanel.bl_options = {"DEFAULT_CLOSED"}
+    yield from open_tab(bpy.types.TRANSFORMABLES_PT_main)
+    yield from picture("stages")
+    settings = bpy.context.scene.transformables
+    yield from _run_stage("embed")
+    pose = settings.embedding_stage.stored
+    assert pose and roles() == []
+    yield from picture("stage_embedding")
+    yield from _run_stage("segment")
+    assert settings.embedding_stage.stored == pose and settings.segmentation_stage.stored
+    yield from _run_stage("plan_fold")
+    assert settings.embedding_stage.stored == pose and settings.folding_stage.stored
+    path = settings.folding_stage.stored
+    yield from picture("stage_folding")
+    yield from _run_stage("finish")
+    assert settings.embedding_stage.stored == pose and settings.folding_stage.stored == path
+    assert roles().count("rig") == 1
+    from transformables.ui import fingerprint
+    assert fingerprint.fits(bpy.context.scene, "folding", settings.folding_stage.stored_for)
+    settings.embedding_stage.seed = 7
+    assert not fingerprint.fits(bpy.context.scene, "folding", settings.folding_stage.stored_for)
+    yield from picture("stale")
+
+
+def _run_stage(name):
+    """Starts a stage's operator as its button does, and waits for its end."""
+    with bpy.context.temp_override(window=driver.window(), area=driver.view()):
+        assert getattr(bpy.ops.transformables, name)("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
+    yield from wait_for(lambda: running() is None, LONGEST_DESIGN_SECONDS, f"the end of {name}")
+    assert not last_error(), last_error()
+    yield 0.5
+
+
+def undo_while_it_runs_does_no_harm():
+    yield from start_design()
+    with bpy.context.temp_override(window=driver.window()):
+        bpy.ops.mesh.primitive_cube_add()
+        bpy.context.object.name = "Extra"
+        bpy.ops.ed.undo_push(message="Extra")
+    yield from press("Z", ctrl=True)
+    yield 0.5
+    assert "Extra" not in names()
+    yield from wait_for(lambda: running() is None, LONGEST_DESIGN_SECONDS, "the result")
+    assert not last_error(), last_error()
+    assert "rig" in roles()
+
+
+SCENARIOS = (
+    clicking_design_gives_the_result_and_ctrl_z_takes_it_away_in_one_step,
+    esc_cancels_and_leaves_the_scene_as_it_was,
+    the_cancel_button_in_the_panel_cancels,
+    disabling_the_add_on_ends_its_worker,
+    loading_a_file_ends_the_worker,
+    deleting_the_target_while_it_runs_is_a_clear_error,
+    the_stages_run_one_by_one_each_from_the_stored_result,
+    undo_while_it_runs_does_no_harm,
+)
+
+
+def chosen():
+    wanted = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
+    unknown = [name for name in wanted if name not in {s.__name__ for s in SCENARIOS}]
+    if unknown:
+        print(f"no such scenario: {', '.join(unknown)}; there are: {', '.join(s.__name__ for s in SCENARIOS)}", flush=True)
+        os._exit(2)
+    return [s for s in SCENARIOS if not wanted or s.__name__ in wanted]
+
+
+driver.run(chosen())
