@@ -108,17 +108,18 @@ class _Design:
         target = self._named(bpy.context.scene, self.arguments.target, "target", "MESH", "mesh object")
         design = _import("bridge.design")
         _leave_edit_mode(bpy.context)
-        message, arrays = design.gather(character, target, self.options)
-        event = self._do(message, arrays)
-        made = design.apply(bpy.context, event["result"], event["arrays"], character, target, self.options)
-        report = made["report"]
-        self._write(outputs, report)
-        return self._verdict(report)
+        with _Signals() as stop:
+            message, arrays = design.gather(character, target, self.options)
+            event = self._do(message, arrays, stop)
+            made = design.apply(bpy.context, event["result"], event["arrays"], character, target, self.options)
+            if stop.asked:
+                raise _Stopped
+            self._write(outputs, made["report"])
+        return self._verdict(made["report"])
 
-    def _do(self, message, arrays):
+    def _do(self, message, arrays, stop):
         """Runs the job in a worker process, with progress on standard error. Gives the result event."""
         job = _import("core.job").Job(message, arrays)
-        stop = _Signals()
         job.start()
         try:
             lines = _Lines()
@@ -134,7 +135,6 @@ class _Design:
                 job.wait(WAIT_SECONDS)
         finally:
             job.close()
-            stop.restore()
 
     def _raise(self, event):
         if event["type"] == "Cancelled":
@@ -187,6 +187,7 @@ class _Design:
         try:
             if "output" in outputs:
                 ready["output"] = _temporary(outputs["output"])
+                os.unlink(ready["output"])  # Blender would keep the empty file as a backup
                 bpy.ops.wm.save_as_mainfile(filepath=ready["output"], copy=True, check_existing=False)
             report["seconds"]["total"] = time.perf_counter() - self.began
             if "report" in outputs:
@@ -216,14 +217,15 @@ class _Design:
 class _Signals:
     """Ctrl-C and a polite end: `asked` becomes true, the job is cancelled, nothing is written."""
 
-    def __init__(self):
+    def __enter__(self):
         self.asked = False
         self._before = {number: signal.signal(number, self._ask) for number in (signal.SIGINT, signal.SIGTERM)}
+        return self
 
     def _ask(self, *_):
         self.asked = True
 
-    def restore(self):
+    def __exit__(self, *_):
         for number, handler in self._before.items():
             signal.signal(number, handler if handler is not None else signal.SIG_DFL)
 

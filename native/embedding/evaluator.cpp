@@ -175,8 +175,8 @@ Evaluator::Nearest Evaluator::nearest(int bone, const Eigen::Vector3d& p) const 
     if (square >= best.distance2) continue;
     best.distance2 = square;
     best.offset = offset;
-    best.overshoot = free < 0 ? Eigen::Vector3d(-segment.direction)
-                              : free > segment.length ? segment.direction : Eigen::Vector3d::Zero();
+    best.overshoot = free <= 0 ? Eigen::Vector3d(-segment.direction)
+                               : free >= segment.length ? segment.direction : Eigen::Vector3d::Zero();
   }
   return best;
 }

@@ -13,20 +13,23 @@ namespace transformables::finishing {
 namespace {
 
 constexpr double kReach = 1.5;      ///< steps beyond the gap to which swept values are known, so that carving interpolates
+constexpr double kWindow = 0.6;     ///< steps: at least one sample is as near to any surface
 constexpr double kNoise = 0.05;     ///< steps by which two first-order distances may seem to fall short of a gap
 
 double reach_of(const Lattice& lattice) { return lattice.gap + kReach * lattice.step(); }
 
-/// How near the two parts come: at a place between them, the sum of its distances to both.
+/// How near the two parts come: at a place between them, the sum of its distances to both. Places further from one
+/// of them than half a step beyond the middle of the gap tell nothing that a nearer one does not tell better.
 struct Nearest {
   float gap = std::numeric_limits<float>::max();
   std::int32_t where = 0;
 };
 
-Nearest nearest(const PartField& part, const Swept& swept) {
+Nearest nearest(const PartField& part, const Swept& swept, const Lattice& lattice) {
   Nearest best;
+  const float window = float(lattice.gap / 2 + kWindow * lattice.step());
   for (std::size_t n = 0; n < swept.least.size(); ++n)
-    if (swept.least[n] < swept.reach && part.distance[n] + swept.least[n] < best.gap)
+    if (swept.least[n] < window && part.distance[n] < window && part.distance[n] + swept.least[n] < best.gap)
       best = {part.distance[n] + swept.least[n], swept.where[n]};
   return best;
 }
@@ -80,8 +83,8 @@ void apply(PartField& part, Trial&& trial, const Swept& swept, const Lattice& la
 
 class PairCarver {
  public:
-  PairCarver(const Scene& scene, const MoveMotion& motion, std::vector<PartField>& parts, std::vector<std::size_t>& dropped)
-      : lattice_(scene.lattice), motion_(motion), parts_(parts), dropped_(dropped) {}
+  PairCarver(const Scene& scene, const MoveMotion& motion, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, bool exact)
+      : lattice_(scene.lattice), motion_(motion), parts_(parts), dropped_(dropped), exact_(exact) {}
 
   /// Makes a pair free of collisions in this move; false when it was already.
   bool resolve(int i, int j) {
@@ -89,6 +92,8 @@ class PairCarver {
     if (b->shape().count() < a->shape().count()) std::swap(a, b);
     const Swept into_a = swept(*a, *b);
     if (!collide(*a, into_a)) return false;
+    // A field that is no distance would hide what is still too near from the carving below.
+    if (exact_) a->psi = a->distance, b->psi = b->distance;
     const Swept into_b = swept(*b, *a);
     Trial trial_a = try_carving(*a, into_a, lattice_, true), trial_b = try_carving(*b, into_b, lattice_, true);
     const bool a_yields = trial_a.lost <= trial_b.lost;
@@ -105,7 +110,7 @@ class PairCarver {
     return sweep(a, b.distance, PairConfigurations(motion_, a, b), lattice_.cover, reach_of(lattice_));
   }
   bool collide(const PartField& part, const Swept& s) const {
-    return nearest(part, s).gap < lattice_.gap - kNoise * lattice_.step();
+    return nearest(part, s, lattice_).gap < lattice_.gap - kNoise * lattice_.step();
   }
   void take(PartField& part, Trial&& trial, const Swept& s, bool shielded) {
     dropped_[part.bone] += trial.dropped;
@@ -120,6 +125,7 @@ class PairCarver {
   const MoveMotion& motion_;
   std::vector<PartField>& parts_;
   std::vector<std::size_t>& dropped_;
+  const bool exact_;
 };
 
 /// Pairs that can come near each other in a move, in order.
@@ -162,10 +168,10 @@ double overlap_at(const PartField& a, const PartField& b, const PairConfiguratio
 
 }  // namespace
 
-bool carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, const Progress& progress) {
+bool carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, bool exact, const Progress& progress) {
   bool changed = false;
   for_each_move(scene, parts, progress, "carving along the path", [&](std::size_t, const MoveMotion& motion, const auto& pairs) {
-    PairCarver carver(scene, motion, parts, dropped);
+    PairCarver carver(scene, motion, parts, dropped, exact);
     for (const auto& [a, b] : pairs) changed |= carver.resolve(a, b);
   });
   return changed;
@@ -179,7 +185,7 @@ Measured measure(const Scene& scene, const std::vector<PartField>& parts, const 
       const bool swap = parts[j].shape().count() < parts[i].shape().count();
       const PartField &a = parts[swap ? j : i], &b = parts[swap ? i : j];
       const PairConfigurations configurations(motion, a, b);
-      const Nearest found = nearest(a, sweep(a, b.distance, configurations, scene.lattice.cover, reach));
+      const Nearest found = nearest(a, sweep(a, b.distance, configurations, scene.lattice.cover, reach), scene.lattice);
       measured.least_gap = std::min(measured.least_gap, double(found.gap));
       if (found.gap >= 0) continue;
       measured.collisions.push_back({std::min(a.bone, b.bone), std::max(a.bone, b.bone), m,

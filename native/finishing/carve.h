@@ -25,8 +25,9 @@ struct Scene {
 /// Removes from the parts what comes nearer than the lattice's gap to another part somewhere along the path. A part's
 /// core gives way only to another's core. Pieces that are cut off are dropped.
 /// @param dropped  samples dropped, added up for each part
+/// @param exact    replace the field of a part that must give way by its distance first: for all passes but the first
 /// @return whether anything was removed
-bool carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, const Progress& progress);
+bool carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, bool exact, const Progress& progress);
 
 struct Measured {
   std::vector<Collision> collisions;   ///< worst first

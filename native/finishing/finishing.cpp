@@ -117,11 +117,17 @@ void carve_all(const Scene& scene, std::vector<PartField>& parts, std::vector<st
   for (PartField& part : parts) dropped[part.bone] += keep_core_piece(part.psi, part.core);
   redistance(parts);
   for (int round = 0; round < kRounds; ++round) {
-    const bool changed = carve(scene, parts, dropped, stage(progress, 0.1 + 0.2 * round, 0.3 + 0.2 * round));
+    const bool changed = carve(scene, parts, dropped, round > 0, stage(progress, 0.1 + 0.2 * round, 0.3 + 0.2 * round));
     fill_hollows(parts, character, warnings);
     if (!changed) break;
     redistance(parts);
   }
+}
+
+/// Through memory, since GCC 12 at -O2 drops a conversion to float and back where it makes vectors of neighbouring numbers.
+double rounded_to_float(double x) {
+  const volatile float rounded = float(x);
+  return double(rounded);
 }
 
 /// A part's surface in its bone's frame, on numbers that single precision holds: Blender stores no other.
@@ -130,7 +136,7 @@ Part meshed(const PartField& field, const Eigen::Isometry3d& frame) {
   part.bone = field.bone;
   part.mesh = isosurface(field.psi);
   const Eigen::Isometry3d into = frame.inverse(Eigen::Isometry);
-  for (Eigen::Vector3d& v : part.mesh.vertices) v = (into * v).cast<float>().cast<double>();
+  for (Eigen::Vector3d& v : part.mesh.vertices) v = (into * v).unaryExpr(&rounded_to_float);
   part.volume = signed_volume(part.mesh);
   if (!check(part.mesh).good()) throw std::logic_error("a finished part is not a closed simple solid in one piece");
   return part;

@@ -105,9 +105,13 @@ float PartField::at(const Eigen::Vector3f& p) const {
   const auto mix = [](float a, float b, float w) { return a + (b - a) * w; };
   const float inner = mix(mix(mix(v[0], v[1], x), mix(v[dy], v[dy + 1], x), y),
                           mix(mix(v[dz], v[dz + 1], x), mix(v[dz + dy], v[dz + dy + 1], x), y), z);
-  // The box is convex and holds the part, so the squared distances to the box and from there to the part add up.
   const float out2 = (q - c).squaredNorm();
-  return out2 > 0 ? std::sqrt(out2 + inner * inner) : inner;
+  if (out2 <= 0) return inner;
+  // The box is convex and holds the part, so the squared distances to the box and from there to the part add up; the box of the
+  // part's samples alone gives another bound.
+  const Eigen::Vector3f margin = Eigen::Vector3f::Constant(kMargin);
+  const Eigen::Vector3f tight = q.cwiseMax(margin).cwiseMin((size_.array() - 1).cast<float>().matrix() - margin);
+  return std::max(std::sqrt(out2 + inner * inner), (q - tight).norm() - 0.5f);
 }
 
 PartSamples::PartSamples(const std::vector<std::int16_t>& owner, const GridShape& shape, const std::vector<std::size_t>& inside,

@@ -38,13 +38,14 @@ Segmentation grow(const Character& character, const Target& target, const Embedd
   progress(0, "placing the skeleton");
   const Skeleton skeleton = skeleton_on_lattice(character, target, embedding);
   Grown growth = grown(character, target, skeleton, options, progress);
-  polish(target, growth.owner, growth.phi, options.threads);
+  const Surfaces surfaces(target);
+  surfaces.polish(growth.owner, growth.phi, {}, options.threads);
   const std::vector<std::int16_t> claimed = growth.owner;
   Segmentation result{target.distance.shape, std::move(growth.owner), std::move(growth.phi), skeleton.frames};
   make_tiling(target, skeleton.core, int(character.bones.size()), result.owner);
   std::vector<char> doubtful(claimed.size(), 0);
   for (std::size_t i : target.inside) doubtful[i] = claimed[i] != result.owner[i];
-  settle(result, target, doubtful, options.threads);
+  surfaces.settle(result, doubtful, options.threads);
   progress(1, "skins grown");
   return result;
 }
@@ -52,8 +53,7 @@ Segmentation grow(const Character& character, const Target& target, const Embedd
 Segmentation retiled(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding) {
   check_same_grid(segmentation, character, target);
   Segmentation result = segmentation;
-  make_tiling(target, skeleton_on_lattice(character, target, embedding).core, int(character.bones.size()), result.owner);
-  settle(result, target, {}, 0);
+  Surfaces(target).retile(result, skeleton_on_lattice(character, target, embedding).core, 0);
   return result;
 }
 

@@ -47,15 +47,20 @@ struct JointRange {
 
 enum class TransferDirection { kLessVolume, kChildToParent, kParentToChild };
 
+/// What is moved: Eqs. 8 to 10, or only the samples whose own way round the hinge meets the other part (single hinges
+/// only), or of the two whichever changes less for what it mends.
+enum class TransferMethod { kBetter, kCylinder, kExact };
+
 struct TransferOptions {
   TransferDirection direction = TransferDirection::kLessVolume;
+  TransferMethod method = TransferMethod::kBetter;
   int samples = 24;     ///< T' of Eq. 11: configurations tried across a range
   int threads = 0;
 };
 
 struct TransferResult {
   int bone = 0;                ///< the child
-  double radius = 0;           ///< R* of Eqs. 8 to 10, target units; 0: none was needed
+  double radius = 0;           ///< R* of Eqs. 8 to 10, target units; 0: none was needed, or the exact alternative was taken
   bool child_to_parent = true;
   double moved_volume = 0;     ///< cubic target units
   double left_overlap = 0;     ///< Eq. 11 after the transfer, cubic target units (mean over samples)
@@ -63,8 +68,10 @@ struct TransferResult {
 
 /// Mesh transfer (Eqs. 8 to 11) at every joint, leaves first: a cylinder about the hinge's axis (a sphere for two or three hinges),
 /// its radius by bisection, the result checked. `ranges`: the angles each hinge must pass, others staying folded.
-/// The result is again a tiling.
-/// @throws InvalidInput, Cancelled
+/// The result is again a tiling, and every bone keeps its own skeleton: where the skeleton of one bone of a joint sweeps through the
+/// part of the other, transfer can't help, and `left_overlap` tells how much is left for carving. A joint is left as it
+/// is when no transfer would mend more than it changes.
+/// @throws InvalidInput when a range names no hinge or is not finite, or samples or threads are out of range; Cancelled
 Segmentation transfer(const Segmentation& segmentation, const Character& character, const Target& target,
                       const Embedding& embedding, const std::vector<JointRange>& ranges, const TransferOptions& options,
                       const Progress& progress, std::vector<TransferResult>* results = nullptr);

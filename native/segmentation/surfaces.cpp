@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "segmentation/lattice.h"
+#include "segmentation/tiling.h"
 
 namespace transformables::segmentation_inner {
 namespace {
@@ -174,15 +175,16 @@ void Rebuild::continue_outside() {
 }
 
 // Diffusion of one level set where it is near its zero; neighbours outside the target do not count.
-void diffuse(const Target& target, const std::vector<char>& inside, Grid<float>& phi) {
+void diffuse(const Target& target, const std::vector<char>& inside, const std::vector<char>& where, Grid<float>& phi) {
   if (phi.values.empty()) return;
   const Eigen::Vector3i first = target.distance.shape.nearest(phi.shape.origin);
   const float near = float(2 * phi.shape.step);
   std::vector<char> in(phi.values.size());
   std::vector<std::size_t> band;
   for (std::size_t i = 0; i < in.size(); ++i) {
-    in[i] = inside[target.distance.shape.index(phi.shape.cell(i) + first)];
-    if (in[i] && std::abs(phi[i]) < near) band.push_back(i);
+    const std::size_t g = target.distance.shape.index(phi.shape.cell(i) + first);
+    in[i] = inside[g];
+    if (in[i] && (where.empty() || where[g]) && std::abs(phi[i]) < near) band.push_back(i);
   }
   std::vector<float> next(band.size());
   for (int k = 0; k < kPolishes; ++k) {
@@ -200,32 +202,60 @@ void diffuse(const Target& target, const std::vector<char>& inside, Grid<float>&
 
 }  // namespace
 
-void polish(const Target& target, std::vector<std::int16_t>& owner, std::vector<Grid<float>>& phi, int threads) {
-  const std::vector<char> inside = inside_flags(target);
-  const GridShape& shape = target.distance.shape;
+Surfaces::Surfaces(const Target& target) : target_(target), inside_(inside_flags(target)), shell_(shell_of(target, inside_)) {}
+
+void Surfaces::polish(std::vector<std::int16_t>& owner, std::vector<Grid<float>>& phi, const std::vector<char>& where, int threads) const {
+  const GridShape& shape = target_.distance.shape;
   tbb::task_arena arena(arena_size(threads));
-  arena.execute([&] { tbb::parallel_for(0, int(phi.size()), [&](int b) { diffuse(target, inside, phi[b]); }); });
+  arena.execute([&] { tbb::parallel_for(0, int(phi.size()), [&](int b) { diffuse(target_, inside_, where, phi[b]); }); });
   std::vector<float> least(shape.count(), std::numeric_limits<float>::infinity());
   for (std::size_t bone = 0; bone < phi.size(); ++bone) {
     if (phi[bone].values.empty()) continue;
     const Eigen::Vector3i first = shape.nearest(phi[bone].shape.origin);
     for (std::size_t i = 0; i < phi[bone].values.size(); ++i) {
       const std::size_t g = shape.index(phi[bone].shape.cell(i) + first);
-      if (owner[g] < 0 || phi[bone][i] >= least[g]) continue;
+      if (owner[g] < 0 || !(where.empty() || where[g]) || phi[bone][i] >= least[g]) continue;
       least[g] = phi[bone][i];
       owner[g] = std::int16_t(bone);
     }
   }
 }
 
-void settle(Segmentation& segmentation, const Target& target, const std::vector<char>& doubtful, int threads) {
+std::vector<char> Surfaces::changed(const Segmentation& segmentation) const {
   const GridShape& shape = segmentation.shape;
-  const std::vector<char> inside = inside_flags(target);
-  const std::vector<std::size_t> shell = shell_of(target, inside);
-  const Surroundings around{target, segmentation.owner, inside, doubtful, shell};
+  std::vector<char> flags(shape.count(), 0);
+  std::vector<std::size_t> found;
+  for (std::size_t i : target_.inside) {
+    const Grid<float>& phi = segmentation.phi[segmentation.owner[i]];
+    const Eigen::Vector3i c = phi.values.empty() ? Eigen::Vector3i::Zero().eval() : Eigen::Vector3i(shape.cell(i) - shape.nearest(phi.shape.origin));
+    if (phi.values.empty() || !phi.shape.contains(c) || phi.at(c) > 0) flags[i] = 1, found.push_back(i);
+  }
+  std::size_t begin = 0;
+  for (int ring = 0; ring < kReach; ++ring)
+    for (const std::size_t end = found.size(); begin < end; ++begin)
+      for_neighbours(shape, found[begin], [&](std::size_t n) {
+        if (inside_[n] && !flags[n]) flags[n] = 1, found.push_back(n);
+      });
+  return flags;
+}
+
+void Surfaces::retile(Segmentation& segmentation, const std::vector<std::int16_t>& core, int threads) const {
+  const int bones = int(segmentation.phi.size());
+  make_tiling(target_, core, bones, segmentation.owner);
+  const std::vector<char> where = changed(segmentation);
+  if (std::find(where.begin(), where.end(), 1) == where.end()) return;
+  settle(segmentation, {}, threads);
+  polish(segmentation.owner, segmentation.phi, where, threads);
+  make_tiling(target_, core, bones, segmentation.owner);
+  settle(segmentation, {}, threads);
+}
+
+void Surfaces::settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads) const {
+  const GridShape& shape = segmentation.shape;
+  const Surroundings around{target_, segmentation.owner, inside_, doubtful, shell_};
   const int bones = int(segmentation.phi.size());
   std::vector<Eigen::Vector3i> low(bones, shape.size), high(bones, Eigen::Vector3i::Constant(-1));
-  for (std::size_t i : target.inside) {
+  for (std::size_t i : target_.inside) {
     const int b = segmentation.owner[i];
     low[b] = low[b].cwiseMin(shape.cell(i)), high[b] = high[b].cwiseMax(shape.cell(i));
   }

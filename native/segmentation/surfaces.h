@@ -9,16 +9,33 @@
 
 namespace transformables::segmentation_inner {
 
-/// Rebuilds segmentation.phi for its owners. Values that agree in sign with the owner are kept; around those that do not, and around
-/// `doubtful` samples, the smoothest level set that respects every owner is fitted. Outside the target each level set is continued
-/// along the target's normals, so that interfaces run on through its surface.
-/// @param doubtful  a flag for each sample whose values, though of the right sign, mean nothing; may be empty
-void settle(Segmentation& segmentation, const Target& target, const std::vector<char>& doubtful, int threads);
+/// What rebuilding level sets needs to know of the target; made once, used often.
+class Surfaces {
+ public:
+  explicit Surfaces(const Target& target);
 
-/// Rounds off what growth leaves at the scale of single samples: a few steps of diffusion near each level set's zero, inside the
-/// target only; then owned samples go to the least level set.
-/// @param phi  over boxes of the target's lattice, target units
-void polish(const Target& target, std::vector<std::int16_t>& owner, std::vector<Grid<float>>& phi, int threads);
+  /// Rebuilds segmentation.phi for its owners. Values that agree in sign with the owner are kept; around those that do not, and around
+  /// `doubtful` samples, the smoothest level set that respects every owner is fitted. Outside the target each level set is continued
+  /// along the target's normals, so that interfaces run on through its surface.
+  /// @param doubtful  a flag for each sample whose values, though of the right sign, mean nothing; may be empty
+  void settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads) const;
+
+  /// Rounds off what is rough at the scale of single samples: a few steps of diffusion near each level set's zero, inside the
+  /// target only; then owned samples go to the least level set.
+  /// @param where  flags of the samples that may change; empty: all
+  void polish(std::vector<std::int16_t>& owner, std::vector<Grid<float>>& phi, const std::vector<char>& where, int threads) const;
+
+  /// Samples within reach of one that its owner's level set does not hold: where owners were changed since phi was built.
+  std::vector<char> changed(const Segmentation& segmentation) const;
+
+  /// Owners that were changed made a tiling with smooth interfaces again; nothing is touched away from the change.
+  void retile(Segmentation& segmentation, const std::vector<std::int16_t>& core, int threads) const;
+
+ private:
+  const Target& target_;
+  std::vector<char> inside_;
+  std::vector<std::size_t> shell_;   // outside samples near the surface, nearest first
+};
 
 /// A level set at a point: trilinear in its box, far outside of it.
 inline float value_at(const Grid<float>& phi, const Eigen::Vector3d& p) {

@@ -151,7 +151,7 @@ void make_tiling(const Target& target, const std::vector<std::int16_t>& core, in
   for (std::size_t i : target.inside)
     if (core[i] >= 0 && present[core[i]]) owner[i] = core[i];
   give_away(target.distance.shape, cut_off(pieces_of(target, core, owner), bones), bones, owner);
-  fill(target, inside, owner);
+  if (std::any_of(target.inside.begin(), target.inside.end(), [&](std::size_t i) { return owner[i] < 0; })) fill(target, inside, owner);
   for (std::size_t i : target.inside)
     if (owner[i] < 0) throw InvalidInput("the inside of the target is not one connected piece; use its largest piece only");
 }

@@ -18,6 +18,7 @@ using Eigen::Vector3i;
 
 constexpr double kBand = 4;                      // steps: distances up to here are exact
 constexpr double kMostSamples = 3e8;             // 1.2 GB of values
+constexpr std::size_t kMostSweptSamples = 3000000;  // about a quarter of a second
 constexpr float kFar = 1e15f;                    // not reached yet; its square is still a float
 
 struct Triangle {
@@ -143,11 +144,11 @@ float upwind(float a, float b, float c) {
   return a + (s + std::sqrt(std::max(0.0f, s * s - 3 * (p * p + q * q - 1)))) / 3;
 }
 
-/// Distances beyond the band, by fast sweeping (Zhao 2005). One round of all eight directions does, as the ways back to
-/// the surface are straight.
-void sweep_beyond_band(std::vector<float>& values, const Vector3i& n) {
-  const float band = float(kBand);
+/// Solves |grad u| = 1 from the values up to `known` on, by fast sweeping (Zhao 2005), one step between neighbours. One
+/// round of all eight directions does, as the ways back to the surface are straight.
+void sweep(std::vector<float>& values, const Vector3i& n, float known) {
   const std::ptrdiff_t dy = n.x(), dz = std::ptrdiff_t(n.x()) * n.y();
+  const float least = std::nextafter(known, kFar);
   for (int way = 0; way < 8; ++way) {
     const bool back_x = way & 1, back_y = way & 2, back_z = way & 4;
     for (int kk = 0; kk < n.z(); ++kk)
@@ -155,13 +156,37 @@ void sweep_beyond_band(std::vector<float>& values, const Vector3i& n) {
         for (int ii = 0; ii < n.x(); ++ii) {
           const int i = back_x ? n.x() - 1 - ii : ii, j = back_y ? n.y() - 1 - jj : jj, k = back_z ? n.z() - 1 - kk : kk;
           float* v = values.data() + k * dz + j * dy + i;
-          if (*v <= band) continue;
+          if (*v <= known) continue;
           const float x = std::min(i > 0 ? v[-1] : kFar, i + 1 < n.x() ? v[1] : kFar);
           const float y = std::min(j > 0 ? v[-dy] : kFar, j + 1 < n.y() ? v[dy] : kFar);
           const float z = std::min(k > 0 ? v[-dz] : kFar, k + 1 < n.z() ? v[dz] : kFar);
-          if (std::min({x, y, z}) + 1 < kFar) *v = std::min(*v, std::max(upwind(x, y, z), std::nextafter(band, kFar)));
+          if (std::min({x, y, z}) + 1 < kFar) *v = std::min(*v, std::max(upwind(x, y, z), least));
         }
   }
+}
+
+/// Distances beyond the band. A large grid is swept on every second (or fourth) sample only, and the rest read between.
+void fill_beyond_band(Grid<float>& grid) {
+  const Vector3i n = grid.shape.size;
+  int stride = 1;
+  while (grid.shape.count() > kMostSweptSamples * std::size_t(stride * stride * stride) && stride < kBand) stride *= 2;
+  if (stride == 1) return sweep(grid.values, n, float(kBand));
+  GridShape coarse_shape;
+  coarse_shape.size = ((n.array() - 1) / stride + 2).matrix();
+  Grid<float> coarse(coarse_shape, kFar);
+  for (std::size_t i = 0; i < coarse.values.size(); ++i) {
+    const Vector3i c = stride * coarse_shape.cell(i);
+    if (grid.shape.contains(c)) coarse[i] = std::min(kFar, grid.at(c) / float(stride));
+  }
+  sweep(coarse.values, coarse_shape.size, float(kBand / stride));
+  const float least = std::nextafter(float(kBand), kFar);
+  tbb::parallel_for(0, n.z(), [&](int k) {
+    for (int j = 0; j < n.y(); ++j)
+      for (int i = 0; i < n.x(); ++i) {
+        float& v = grid.at({i, j, k});
+        if (v > float(kBand)) v = std::max(least, float(stride) * sample(coarse, Vector3d(i, j, k) / stride));
+      }
+  });
 }
 
 /// Which side of the line from a to b a ray along x at (y, z) passes, 1 or -1; both triangles at an edge get the same
@@ -242,7 +267,7 @@ Grid<float> signed_distance(const TriangleMesh& mesh, const GridShape& shape) {
   tbb::parallel_for(std::size_t(0), grid.values.size(), [&](std::size_t i) {
     grid.values[i] = grid.values[i] >= kFar ? kFar : std::sqrt(grid.values[i]);
   });
-  sweep_beyond_band(grid.values, shape.size);
+  fill_beyond_band(grid);
   const float step = float(shape.step);
   tbb::parallel_for(std::size_t(0), grid.values.size(), [&](std::size_t i) { grid.values[i] *= step; });
   sign_by_winding(grid.values, shape.size, triangles);

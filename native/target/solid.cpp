@@ -27,7 +27,7 @@ Manifold closed_surface(const TriangleMesh& mesh, std::vector<std::string>& warn
     }
   }
   if (m.turned_faces)
-    warnings.push_back("Turned " + count_of(m.turned_faces, "face", "faces") + " to agree with its neighbours.");
+    warnings.push_back("Turned " + count_of(m.turned_faces, "face", "faces") + " to agree with the neighbours.");
   std::size_t holes = 0;
   for (int round = 0; round < kCappingRounds && !m.closed(); ++round) m = make_manifold(cap_holes(m, holes));
   if (holes) warnings.push_back("Closed " + count_of(holes, "hole.", "holes."));

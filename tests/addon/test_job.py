@@ -55,7 +55,7 @@ def test_a_cancelled_job_ends_soon_whether_the_worker_answers_or_not(behaviour):
     job, told = job_of(*two_bones(behaviour)), {}
 
     def cancel_when_busy(event):
-        if event["kind"] == "progress" and event["note"] and "at" not in told:
+        if event.get("stage") == "embedding" and "at" not in told:
             before = time.perf_counter()
             job.cancel()
             told.update(at=time.monotonic(), took=time.perf_counter() - before, pid=job.pid)
@@ -104,7 +104,7 @@ def test_a_worker_that_is_killed_is_an_error_in_words():
 
 def test_a_worker_that_is_killed_from_outside_is_an_error_in_words():
     job = job_of(*two_bones(stand_in.DEAF))
-    events, _ = played(job, on_event=lambda e: e.get("note") == "deaf" and os.kill(job.pid, signal.SIGTERM))
+    events, _ = played(job, on_event=lambda e: e.get("stage") == "embedding" and os.kill(job.pid, signal.SIGTERM))
     assert events[-1]["type"] == "WorkerDied" and "signal 15" in events[-1]["text"]
 
 

@@ -11,9 +11,8 @@ ADDON = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abs
 if ADDON not in sys.path:
     sys.path.insert(0, ADDON)
 
-NATIVE = os.path.join(ADDON, "transformables", "native")
-built = any(name.startswith("transformables_native") for name in os.listdir(NATIVE)) if os.path.isdir(NATIVE) else False
-needs_module = pytest.mark.skipif(not built, reason="SKIPPED: the native module is not built (scripts/setup.sh builds it)")
+STAND_IN = os.path.join(os.path.dirname(ADDON), "tests", "addon", "stand_in")
+KILLED, BAD_INPUT = 3, 5  # seeds by which the stand-in module misbehaves
 
 
 @pytest.fixture
@@ -26,6 +25,13 @@ def scene():
     bpy.context.view_layer.update()
     yield bpy.context.scene
     addon_utils.disable("transformables", default_set=True)
+
+
+@pytest.fixture
+def stand_in(monkeypatch):
+    """A native module that designs nothing but answers at once, where only the plumbing is tested."""
+    from transformables.core import job
+    monkeypatch.setattr(job, "native_dir", lambda: STAND_IN)
 
 
 def _add_snake():
@@ -81,7 +87,6 @@ def test_an_option_that_does_not_fit_is_refused_in_words(scene):
     assert "clearance" in _last().error
 
 
-@needs_module
 def test_design_makes_the_rig_and_its_parts_and_keeps_pose_and_path(scene):
     assert bpy.ops.transformables.design() == {"FINISHED"}
     roles = _roles()
@@ -93,16 +98,14 @@ def test_design_makes_the_rig_and_its_parts_and_keeps_pose_and_path(scene):
         assert group.stored and fingerprint.fits(scene, stage, group.stored_for, thorough=True), stage
 
 
-@needs_module
-def test_designing_again_replaces_the_older_result(scene):
+def test_designing_again_replaces_the_older_result(scene, stand_in):
     bpy.ops.transformables.design()
     first = _roles()
     bpy.ops.transformables.design()
     assert _roles() == first
 
 
-@needs_module
-def test_later_stages_start_from_the_stored_pose(scene):
+def test_later_stages_start_from_the_stored_pose(scene, stand_in):
     assert bpy.ops.transformables.embed() == {"FINISHED"}
     assert _roles() == []
     pose = scene.transformables.embedding_stage.stored
@@ -116,15 +119,13 @@ def test_later_stages_start_from_the_stored_pose(scene):
     assert json.loads(scene.transformables.embedding_stage.stored)["angles"] == json.loads(pose)["angles"]
 
 
-@needs_module
-def test_a_stored_pose_that_is_out_of_date_is_not_used(scene):
+def test_a_stored_pose_that_is_out_of_date_is_not_used(scene, stand_in):
     bpy.ops.transformables.embed()
     scene.transformables.embedding_stage.seed = 3
     from transformables.ui import results
     assert results.stored(scene, ("embedding", "path")) == {}
 
 
-@needs_module
 def test_an_error_of_the_worker_is_told_and_leaves_the_scene_alone(scene):
     flat = bpy.data.objects["Box"].data
     for vertex in flat.vertices:
@@ -135,6 +136,18 @@ def test_an_error_of_the_worker_is_told_and_leaves_the_scene_alone(scene):
         bpy.ops.transformables.design()
     assert "volume" in _last().error
     assert {obj.name for obj in bpy.data.objects} == before and _roles() == []
+
+
+@pytest.mark.parametrize("seed, words", [(KILLED, "worker process ended"), (BAD_INPUT, "its range is empty")])
+def test_a_worker_that_fails_is_an_error_in_words_and_the_next_run_is_as_usual(scene, stand_in, seed, words):
+    scene.transformables.embedding_stage.seed = seed
+    with pytest.raises(RuntimeError, match=words):
+        bpy.ops.transformables.design()
+    assert words in _last().error and "\n" not in _last().error
+    assert _roles() == [] and scene.transformables.embedding_stage.stored == ""
+    scene.transformables.embedding_stage.seed = 0
+    assert bpy.ops.transformables.design() == {"FINISHED"}
+    assert _last().error == ""
 
 
 if __name__ == "__main__":

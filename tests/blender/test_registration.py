@@ -16,7 +16,7 @@ import addon_utils
 import pytest
 
 ADDON = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))), "addon")
-OPERATORS = ("design", "cancel", "check_character", "check_target", "embed", "segment", "plan_fold", "finish")
+OPERATORS = ("design", "cancel", "check_character", "check_target", "embed", "segment", "plan_fold", "finish", "hide_pose")
 PANELS = ("main", "character", "target", "embedding", "segmentation", "folding", "finishing")
 
 if ADDON not in sys.path:
@@ -83,7 +83,8 @@ def test_everything_that_was_registered_is_gone_afterwards(enabled):
         assert _our_types() == []
         assert not hasattr(bpy.types.Scene, "transformables")
         assert not hasattr(bpy.types.WindowManager, "transformables_progress")
-        assert not any(f.__module__.startswith("transformables") for f in bpy.app.handlers.load_pre)
+        for handlers in (bpy.app.handlers.load_pre, bpy.app.handlers.undo_post):
+            assert not any(f.__module__.startswith("transformables") for f in handlers)
     finally:
         addon_utils.enable("transformables", default_set=True)
 

@@ -20,6 +20,8 @@ from driver import click_button, find_button, open_tab, picture, press, wait_for
 
 DESIGN = "bpy.ops.transformables.design"
 CANCEL = "bpy.ops.transformables.cancel"
+STAND_IN = os.path.join(os.path.dirname(HERE), "addon", "stand_in")  # a native module that behaves as its seed says
+ANSWERS_SLOWLY, DEAF, KILLED = 1, 2, 3
 LONGEST_DESIGN_SECONDS = 400  # drawing in software takes most of it
 
 
@@ -28,6 +30,7 @@ def make_scene():
     bpy.ops.wm.read_factory_settings(use_empty=True)
     yield 0.5
     _enable()
+    _use_module_in(None)
     with bpy.context.temp_override(window=driver.window()):  # a timer has no window of its own
         _add_objects()
     yield 0.5
@@ -80,16 +83,43 @@ def worker_is_gone(pid):
         return True
 
 
-def start_design():
-    """Opens the tab, clicks Design, and waits for the worker to be at work. Gives its process id."""
+def start_design(behaviour=None):
+    """Opens the tab, clicks Design, and waits for the worker to be at work. Gives its process id.
+
+    With a behaviour the worker runs the stand-in module, so that it is certainly still at work when something happens.
+    """
     yield from make_scene()
+    if behaviour is not None:
+        _use_module_in(STAND_IN)
+        bpy.context.scene.transformables.embedding_stage.seed = behaviour
     yield from open_tab(bpy.types.TRANSFORMABLES_PT_main)
     yield from picture("panel")
     yield from click_button(DESIGN)
-    yield from wait_for(lambda: running() is not None, 10, "the click to start a design")
-    yield from wait_for(lambda: running() is None or running().job.pid is not None, 20, "the worker")
-    assert running() is not None, "the design ended before it could be looked at: " + last_error()
+    yield from wait_for(lambda: running() is not None or last_error(), 10, "the click to start a design")
+    assert running() is not None, last_error()
     return running().job.pid
+
+
+def at_work():
+    """Waits until the worker is past its start: in the embedding, where the stand-in stays."""
+    yield from wait_for(lambda: running() is None or running().stage == "embedding", 60, "the embedding stage")
+    assert running() is not None, "the design ended before it could be looked at: " + last_error()
+
+
+_real_native_dir = []
+
+
+def _use_module_in(folder):
+    """Lets workers load their native module from this folder; None: the real one."""
+    from transformables.core import job
+    if not _real_native_dir:
+        _real_native_dir.append(job.native_dir)
+    job.native_dir = (lambda: folder) if folder else _real_native_dir[0]
+
+
+def overlay_lines():
+    from transformables.ui import overlays
+    return overlays.shown()
 
 
 def last_error():
@@ -100,7 +130,7 @@ def last_error():
 def clicking_design_gives_the_result_and_ctrl_z_takes_it_away_in_one_step():
     pid = yield from start_design()
     before = names()
-    yield from wait_for(lambda: running() is None or running().stage == "embedding", 60, "the embedding stage")
+    yield from wait_for(lambda: running() is None or overlay_lines() > 0, 60, "a first pose")
     yield from picture("running")
     yield from wait_for(lambda: running() is None, LONGEST_DESIGN_SECONDS, "the result")
     assert not last_error(), last_error()
@@ -120,11 +150,12 @@ def clicking_design_gives_the_result_and_ctrl_z_takes_it_away_in_one_step():
 
 
 def esc_cancels_and_leaves_the_scene_as_it_was():
-    pid = yield from start_design()
+    pid = yield from start_design(DEAF)
     before = names()
+    yield from at_work()
     yield from press("ESC")
     yield from wait_for(lambda: running() is None, 5, "Esc to end the design")
-    yield 0.5
+    yield 0.3
     assert worker_is_gone(pid)
     assert names() == before and roles() == []
     assert last_error() == ""
@@ -132,7 +163,8 @@ def esc_cancels_and_leaves_the_scene_as_it_was():
 
 
 def the_cancel_button_in_the_panel_cancels():
-    pid = yield from start_design()
+    pid = yield from start_design(ANSWERS_SLOWLY)
+    yield from at_work()
     yield from click_button(CANCEL)
     yield from wait_for(lambda: running() is None, 10, "the Cancel button to end the design")
     yield 0.5
@@ -140,7 +172,8 @@ def the_cancel_button_in_the_panel_cancels():
 
 
 def disabling_the_add_on_ends_its_worker():
-    pid = yield from start_design()
+    pid = yield from start_design(ANSWERS_SLOWLY)
+    yield from at_work()
     addon_utils.disable("transformables", default_set=True)
     yield 1.0
     assert worker_is_gone(pid)
@@ -155,7 +188,8 @@ def disabling_the_add_on_ends_its_worker():
 def loading_a_file_ends_the_worker():
     path = os.path.join(tempfile.mkdtemp(), "other.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
-    pid = yield from start_design()
+    pid = yield from start_design(ANSWERS_SLOWLY)
+    yield from at_work()
     bpy.ops.wm.open_mainfile(filepath=path)
     yield 1.0
     assert running() is None
@@ -166,7 +200,8 @@ def loading_a_file_ends_the_worker():
 
 
 def deleting_the_target_while_it_runs_is_a_clear_error():
-    pid = yield from start_design()
+    pid = yield from start_design(ANSWERS_SLOWLY)
+    yield from at_work()
     bpy.data.objects.remove(bpy.data.objects["Egg"])
     yield from wait_for(lambda: running() is None, 10, "the design to end")
     assert "Egg" in last_error() and "deleted" in last_error(), last_error()
@@ -174,6 +209,16 @@ def deleting_the_target_while_it_runs_is_a_clear_error():
     yield 0.5
     assert worker_is_gone(pid)
     assert roles() == []
+
+
+def a_worker_that_dies_is_an_error_in_words_that_stays_in_the_panel():
+    yield from start_design(KILLED)
+    yield from wait_for(lambda: running() is None, 60, "the worker to die")
+    assert "worker process ended" in last_error(), last_error()
+    assert roles() == []
+    yield 1.0
+    assert "worker process ended" in last_error()
+    yield from find_button(DESIGN)
 
 
 def the_stages_run_one_by_one_each_from_the_stored_result():
@@ -237,6 +282,7 @@ SCENARIOS = (
     disabling_the_add_on_ends_its_worker,
     loading_a_file_ends_the_worker,
     deleting_the_target_while_it_runs_is_a_clear_error,
+    a_worker_that_dies_is_an_error_in_words_that_stays_in_the_panel,
     the_stages_run_one_by_one_each_from_the_stored_result,
     undo_while_it_runs_does_no_harm,
 )

@@ -115,6 +115,8 @@ Made doors() {
                   return std::vector<double>{p.z(), std::max(-p.z(), p.x()), std::max(-p.z(), -p.x())};
                 });
   m.character.mirrored = true;
+  m.character.mirror_angle = {1, 0};
+  m.character.mirror_sign = {-1, -1};
   m.embedding.symmetric = true;
   return m;
 }
@@ -184,7 +186,8 @@ TEST(PartField, IsTheDistanceToABoxWithinAndAround) {
   const auto lattice = [&](const Vector3d& p) { return Eigen::Vector3f(((p - m.segmentation.shape.origin) / m.segmentation.shape.step).cast<float>()); };
   for (const Vector3d& p : {Vector3d(0.1, 0, 0), Vector3d(-0.1, 0.03, 0.02), Vector3d(0.12, 0, 0.3), Vector3d(0.5, 0.4, 0.3)}) {
     const double truth = box_distance(p - Vector3d(0.125, 0, 0), {0.125, 0.1, 0.1}) / m.segmentation.shape.step;
-    EXPECT_NEAR(field.at(lattice(p)), truth, 0.6) << p.transpose();
+    EXPECT_LE(field.at(lattice(p)), truth + 0.6) << p.transpose();  // never more: a move steps by it
+    EXPECT_GE(field.at(lattice(p)), 0.9 * truth - 0.6) << p.transpose();
   }
   EXPECT_TRUE(folding::PartField(m.segmentation.owner, m.segmentation.shape, 7).empty());
 }

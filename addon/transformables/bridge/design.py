@@ -9,6 +9,7 @@ from ..core.options import UserError
 from . import animation, armature, mesh, rig
 
 VERSION = "0.1.0"
+SMALLEST_SIDE = 1e-3  # Blender units: it deletes bones that are shorter than a millionth
 
 
 def gather(character_obj, target_obj, options, until="finishing", embedding=None, path=None, start=None, context=None):
@@ -22,9 +23,13 @@ def gather(character_obj, target_obj, options, until="finishing", embedding=None
     for obj, kind, words in ((character_obj, "ARMATURE", "an armature"), (target_obj, "MESH", "a mesh")):
         if obj is None or obj.type != kind:
             raise UserError(f"'{obj.name if obj else 'nothing'}' is not {words}: pick {words} object")
+    context.view_layer.update()  # a script may have moved objects just now
     character = armature.read_character(character_obj, options.bone_limit())
     vertices, triangles = mesh.read_triangles(context, target_obj)
     box = mesh.bounds(vertices, triangles)
+    if box is not None and 0 < max(box[1] - box[0]) < SMALLEST_SIDE:
+        raise UserError(f"the target '{target_obj.name}' is only {max(box[1] - box[0]):.2g} Blender units long, too small for "
+                        "Blender's bones: scale it up")
     message = {
         "kind": "design", "until": until, "options": options.as_dict(),
         "names": {"character": character_obj.name, "target": target_obj.name},

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a bone's name tells: its side, and how likely it is that a toy needs it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Fewer bones: which of a rig's bones matter for a transformable, and the skeleton that they make.
 
 A rig made for animation has many bones that no printed toy needs: faces, fingers, helpers. `propose` takes bones
@@ -13,12 +14,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from .bone_names import name_of_other_side, weight_of_name
+from .bone_names import weight_of_name
+from .bone_tree import Skeleton, mirror_images, relinked
 from .options import UserError
 
 FEWEST = 15             # a proposal stops here, unless fewer are asked for
 WORTH = 0.02            # a bone that costs less than this share of the character's size is not worth a joint
-MIRROR_TOLERANCE = 0.01  # of the character's size
 EXPLICIT_WEIGHT = 10.0
 LEAST_LINK = 0.01       # a joint set by hand counts as if its link had this share of the size: several may share a point
 CONTROL_WEIGHT = 0.1    # of a bone that deforms nothing, where others do
@@ -43,100 +44,6 @@ class SimpleBone:
     merged: tuple[str, ...] = ()
 
 
-class Skeleton:
-    """The largest tree of an armature, with what is asked of it often."""
-
-    def __init__(self, bones):
-        self.names = [bone["name"] for bone in bones]
-        self.bones = {bone["name"]: bone for bone in bones}
-        _check(bones, self.bones)
-        self.children = {name: [] for name in self.names}
-        for bone in bones:
-            if bone["parent"] is not None:
-                self.children[bone["parent"]].append(bone["name"])
-        roots = [bone["name"] for bone in bones if bone["parent"] is None]
-        trees = [self._tree(root) for root in roots]
-        if sum(map(len, trees)) != len(bones):
-            raise UserError("the armature's parents form a cycle: mend the hierarchy")
-        best = max(range(len(roots)), key=lambda i: (self._deforming_length(trees[i]), len(trees[i]), -i))
-        self.root = roots[best]
-        self.dropped_roots = [root for root in roots if root != self.root]
-        self.tree = trees[best]     # parents before children
-        corners = [self.bones[n][end] for n in self.tree for end in ("head", "tail")]
-        self.size = math.dist([min(c[i] for c in corners) for i in range(3)], [max(c[i] for c in corners) for i in range(3)])
-        if not self.size > 0:
-            raise UserError("all bones of the armature are at one point: give them lengths")
-
-    def head(self, name):
-        return self.bones[name]["head"]
-
-    def tail(self, name):
-        return self.bones[name]["tail"]
-
-    def parent(self, name):
-        return self.bones[name]["parent"]
-
-    def length(self, name):
-        return math.dist(self.head(name), self.tail(name))
-
-    def _tree(self, root):
-        order, pending = [], [root]
-        while pending:
-            name = pending.pop()
-            order.append(name)
-            pending.extend(reversed(self.children[name]))
-        return order
-
-    def _deforming_length(self, tree):
-        return sum(self.length(name) for name in tree if self.bones[name].get("deform", True))
-
-    def subtree(self, name):
-        return self._tree(name)
-
-
-def _check(bones, by_name):
-    if not bones:
-        raise UserError("the armature has no bones")
-    if len(by_name) != len(bones):
-        raise UserError("two bones of the armature have the same name: rename one")
-    for bone in bones:
-        if bone["parent"] is not None and bone["parent"] not in by_name:
-            raise UserError(f"bone '{bone['name']}': its parent '{bone['parent']}' does not exist")
-        if not all(math.isfinite(x) for end in ("head", "tail") for x in bone[end]):
-            raise UserError(f"bone '{bone['name']}': its position is not a finite number; move or delete the bone")
-
-
-def _mirror_images(skeleton):
-    """The bone on the other side, for each bone: by name, else by geometry; itself when there is none."""
-    plane = skeleton.head(skeleton.root)[0]
-    tolerance = MIRROR_TOLERANCE * skeleton.size
-    known = set(skeleton.tree)
-    image = {}
-    for name in skeleton.tree:
-        other = name_of_other_side(name)
-        if other != name and other in known and name_of_other_side(other) == name:
-            image[name] = other
-
-    def reflected(point):
-        return (2 * plane - point[0], point[1], point[2])
-
-    for name in skeleton.tree:
-        if name in image:
-            continue
-        head, tail = reflected(skeleton.head(name)), reflected(skeleton.tail(name))
-        parent = skeleton.parent(name)
-        wanted = None if parent is None else image.get(parent, parent)
-        image[name] = name
-        if math.dist(head, skeleton.head(name)) <= tolerance and math.dist(tail, skeleton.tail(name)) <= tolerance:
-            continue
-        for other in skeleton.children.get(wanted, ()):
-            fits = math.dist(head, skeleton.head(other)) <= tolerance and math.dist(tail, skeleton.tail(other)) <= tolerance
-            if fits and other != name and image.get(other, other) == other:
-                image[name], image[other] = other, name
-                break
-    return image
-
-
 def _harmonic_mean(a, b):
     return 2 * a * b / (a + b) if a + b > 0 else 0.0
 
@@ -147,6 +54,7 @@ class _Costs:
     def __init__(self, skeleton, image):
         self.skeleton = skeleton
         self.image = image
+        self.nearest = {}   # kept ancestor of each bone of the kept tree that `costs` looked at last
         subtrees = {name: skeleton.subtree(name) for name in skeleton.tree}
         self.reach = {name: max(math.dist(skeleton.head(name), skeleton.tail(n)) for n in tree)
                       for name, tree in subtrees.items()}
@@ -219,23 +127,8 @@ class _Costs:
 
     def costs(self, kept):
         """The cost of every kept bone but the root."""
-        self.nearest, children = _relinked(self.skeleton, kept)
+        self.nearest, children = relinked(self.skeleton, kept)
         return {n: self.cost(n, children, self.nearest[n]) for n in children if self.nearest[n] is not None}
-
-
-def _relinked(skeleton, kept):
-    """The nearest kept ancestor of each kept bone (None: it has none), and its kept children."""
-    above, nearest = {}, {}
-    children = {name: [] for name in skeleton.tree if name in kept}
-    for name in skeleton.tree:
-        parent = skeleton.parent(name)
-        ancestor = None if parent is None else (parent if parent in kept else above[parent])
-        above[name] = ancestor
-        if name in kept:
-            nearest[name] = ancestor
-            if ancestor is not None:
-                children[ancestor].append(name)
-    return nearest, children
 
 
 def propose(bones, limit=25):
@@ -251,7 +144,7 @@ def propose(bones, limit=25):
     skeleton = Skeleton(bones)
     kept = set(skeleton.tree)
     if len(kept) > limit:
-        image = _mirror_images(skeleton)
+        image = mirror_images(skeleton)
         costs = _Costs(skeleton, image)
         # Two bones are one joint: no pair can stay, so pairs may be parted.
         together = image if limit > 2 else {name: name for name in image}
@@ -295,31 +188,37 @@ def simplified(bones, kept):
         raise UserError(f"bone '{unknown[0]}' is not in the character's tree")
     if not kept:
         raise UserError("no bone is kept: keep at least two")
-    nearest, children = _relinked(skeleton, kept)
+    nearest, children = relinked(skeleton, kept)
     tops = [name for name in children if nearest[name] is None]
     if len(tops) > 1:
         raise UserError(f"'{tops[0]}' and '{tops[1]}' have no kept bone in common above them: keep '{skeleton.root}' too")
+    carrying = _carrying(skeleton, kept)
     result = []
     for name in children:
-        merged = _spanned(skeleton, name, kept)
+        merged = _spanned(skeleton, name, kept, carrying)
         tail = skeleton.tail(merged[-1] if merged else name)
         result.append(SimpleBone(name, nearest[name], tuple(skeleton.head(name)), tuple(tail), tuple(merged)))
     return result
 
 
-def _spanned(skeleton, name, kept):
+def _carrying(skeleton, kept):
+    """Bones below which some bone is kept."""
+    carrying = set()
+    for name in reversed(skeleton.tree):
+        if name in kept or name in carrying:
+            carrying.add(skeleton.parent(name))
+    return carrying
+
+
+def _spanned(skeleton, name, kept, carrying):
     """The dropped bones that go on from this one, end to end and without turning back."""
-    with_kept = set()
-    for bone in reversed(skeleton.tree):
-        if bone in kept or bone in with_kept:
-            with_kept.add(skeleton.parent(bone))
     chain, last = [], name
     while True:
         end = skeleton.tail(last)
         following = [n for n in skeleton.children[last] if math.dist(skeleton.head(n), end) <= 1e-4 * skeleton.size]
         if not following or any(n in kept for n in following):
             return chain
-        best = max(following, key=lambda n: (n in with_kept, skeleton.length(n), n))
+        best = max(following, key=lambda n: (n in carrying, skeleton.length(n), n))
         onward = [b - a for a, b in zip(skeleton.head(name), end)]
         step = [b - a for a, b in zip(skeleton.head(best), skeleton.tail(best))]
         lengths = math.hypot(*onward) * math.hypot(*step)

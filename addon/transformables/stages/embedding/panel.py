@@ -3,6 +3,7 @@ import json
 
 import bpy
 
+from ...ui import overlays
 from ...ui.panel import StagePanel
 
 TERMS = (("total", "Score (low is good)"), ("compact", "Compactness"), ("skin", "Skin"), ("skeleton", "Skeleton"), ("protrude", "Sticking Out"))
@@ -30,6 +31,8 @@ class TRANSFORMABLES_PT_embedding(StagePanel, bpy.types.Panel):
                 row = column.split(factor=0.65)
                 row.label(text=words)
                 row.label(text=f"{terms[key]:.4g}")
+        if overlays.shown():
+            layout.operator("transformables.hide_pose", icon="HIDE_ON")
 
 
 CLASSES = (TRANSFORMABLES_PT_embedding,)

@@ -1,0 +1,48 @@
+// One joint's motion, and what its parent's and child's parts do to each other on the way (Eq. 11). Inner to the room.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "embedding/embedding.h"
+#include "segmentation/segmentation.h"
+#include "segmentation/skeleton.h"
+
+namespace transformables::segmentation_inner {
+
+struct Joint {
+  int child = 0, parent = 0;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();     ///< target frame
+  bool single = true;                                   ///< one hinge
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();      ///< of the single hinge, target frame
+  double from_rad = 0, to_rad = 0;                      ///< range of the single hinge relative to the folded angle
+  std::vector<Eigen::Isometry3d> motions;               ///< T' configurations: where the folded child goes, target frame
+
+  /// Distance from the hinge's axis, or from the joint when there are several hinges: what R of Eq. 8 is compared with.
+  double radius_of(const Eigen::Vector3d& p) const {
+    const Eigen::Vector3d r = p - centre;
+    return single ? (r - r.dot(axis) * axis).norm() : r.norm();
+  }
+};
+
+/// The joints that have ranges, leaves first.
+std::vector<Joint> joints_of(const Character& character, const Embedding& embedding, const std::vector<JointRange>& ranges, int samples);
+
+/// For each sample of the child's part, in how many motions it lies in the parent's part.
+struct Collisions {
+  std::vector<std::size_t> samples;   ///< that collide at least once
+  std::vector<int> times;
+  long total = 0;
+};
+Collisions collisions(const Segmentation& segmentation, const Target& target, const Joint& joint);
+
+/// The same total when only owners are known (a candidate): a sample counts when it is well inside the other part.
+long collisions_by_owner(const std::vector<std::int16_t>& owner, const Target& target, const Joint& joint);
+
+/// Owners after the exact alternative: every sample of the giving bone whose arc over the joint's range meets the taking bone's part goes
+/// there, to a fixed point. Only for a single hinge.
+std::vector<std::int16_t> exact_transfer(const std::vector<std::int16_t>& owner, const Target& target, const Skeleton& skeleton,
+                                         const Joint& joint, bool child_to_parent);
+
+}  // namespace transformables::segmentation_inner

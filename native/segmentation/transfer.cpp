@@ -1,0 +1,190 @@
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "segmentation/joint.h"
+#include "segmentation/lattice.h"
+#include "segmentation/segmentation.h"
+#include "segmentation/skeleton.h"
+#include "segmentation/surfaces.h"
+#include "segmentation/tiling.h"
+
+namespace transformables {
+namespace {
+
+using namespace segmentation_inner;
+
+constexpr double kNoCollision = 1e-4;   // of the target's volume
+constexpr double kWorth = 10;           // volume that may be moved to be rid of one unit of mean overlap
+constexpr int kPasses = 2;              // a joint's transfer may touch one that was settled before
+
+struct Candidate {
+  std::vector<std::int16_t> owner;
+  bool child_to_parent = true;
+  double radius = 0;          // 0: exact alternative
+  double moved = 0, left = 0; // cubic target units
+  double score = 0;
+};
+
+class Transfer {
+ public:
+  Transfer(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+           const TransferOptions& options)
+      : result_(segmentation), target_(target), skeleton_(skeleton_on_lattice(character, target, embedding)), surfaces_(target),
+        options_(options), touched_(character.bones.size(), 1), bones_(int(character.bones.size())), voxel_(std::pow(segmentation.shape.step, 3)) {}
+
+  double overlap(const Joint& joint) const { return mean(joint, collisions(result_, target_, joint).total); }
+
+  // Mends one joint when that is worth while; tells what was done.
+  void mend(const Joint& joint, TransferResult& report) {
+    const Collisions found = collisions(result_, target_, joint);
+    if (mean(joint, found.total) <= tolerance()) return;
+    std::optional<Candidate> best;
+    for (bool child_to_parent : {true, false}) {
+      if (options_.direction == TransferDirection::kChildToParent && !child_to_parent) continue;
+      if (options_.direction == TransferDirection::kParentToChild && child_to_parent) continue;
+      for (bool exact : {false, true}) {
+        if (!wanted(joint, exact)) continue;
+        Candidate candidate = make(joint, found, child_to_parent, exact);
+        if (!best || candidate.score < best->score) best = std::move(candidate);
+      }
+    }
+    const double as_it_is = kWorth * (mean(joint, collisions_by_owner(result_.owner, target_, joint)) - tolerance());
+    if (!best || best->moved == 0 || best->score >= as_it_is) return;
+    report.radius = best->radius;
+    report.child_to_parent = best->child_to_parent;
+    report.moved_volume += best->moved;
+    take(joint, std::move(*best));
+  }
+
+  /// Bones whose parts were changed since this was last asked; at first all.
+  std::vector<char> touched() { return std::exchange(touched_, std::vector<char>(touched_.size(), 0)); }
+
+  Segmentation result() { return std::move(result_); }
+
+ private:
+  double tolerance() const { return kNoCollision * target_.volume; }
+  double mean(const Joint& joint, long total) const { return voxel_ * double(total) / double(joint.motions.size()); }
+  bool wanted(const Joint& joint, bool exact) const {
+    if (exact) return joint.single && options_.method != TransferMethod::kCylinder;
+    return options_.method != TransferMethod::kExact || !joint.single;
+  }
+  double bisected_radius(const Joint& joint, const Collisions& found) const;
+  Candidate make(const Joint& joint, const Collisions& found, bool child_to_parent, bool exact) const;
+  std::vector<std::int16_t> cylinder_transfer(const Joint& joint, bool child_to_parent, double radius) const;
+  void take(const Joint& joint, Candidate candidate);
+  void cut_cylinder(const Joint& joint, const Candidate& candidate);
+
+  Segmentation result_;
+  const Target& target_;
+  Skeleton skeleton_;
+  Surfaces surfaces_;
+  const TransferOptions& options_;
+  std::vector<char> touched_;   // bones whose part was changed since the pass before
+  int bones_;
+  double voxel_;
+};
+
+// R* of Eq. 11 by halving. Turning keeps a sample's distance from the axis, so what collides outside the cylinder is what collided there before.
+double Transfer::bisected_radius(const Joint& joint, const Collisions& found) const {
+  double low = 0, high = 0;
+  std::vector<double> radius;
+  for (std::size_t i : found.samples) radius.push_back(joint.radius_of(result_.shape.position(i)));
+  for (double r : radius) high = std::max(high, r + 0.5 * result_.shape.step);
+  while (high - low > 0.1 * result_.shape.step) {
+    const double middle = 0.5 * (low + high);
+    long total = 0;
+    for (std::size_t k = 0; k < radius.size(); ++k)
+      if (radius[k] >= middle) total += found.times[k];
+    (mean(joint, total) <= tolerance() ? high : low) = middle;
+  }
+  return high;
+}
+
+std::vector<std::int16_t> Transfer::cylinder_transfer(const Joint& joint, bool child_to_parent, double radius) const {
+  const int giver = child_to_parent ? joint.child : joint.parent, taker = child_to_parent ? joint.parent : joint.child;
+  std::vector<std::int16_t> owner = result_.owner;
+  for (std::size_t i : target_.inside)
+    if (owner[i] == giver && joint.radius_of(result_.shape.position(i)) < radius && !is_protected(skeleton_, result_.shape, giver, i))
+      owner[i] = std::int16_t(taker);
+  return owner;
+}
+
+Candidate Transfer::make(const Joint& joint, const Collisions& found, bool child_to_parent, bool exact) const {
+  Candidate c;
+  c.child_to_parent = child_to_parent;
+  c.radius = exact ? 0 : bisected_radius(joint, found);
+  c.owner = exact ? exact_transfer(result_.owner, target_, skeleton_, joint, child_to_parent)
+                  : cylinder_transfer(joint, child_to_parent, c.radius);
+  make_tiling(target_, skeleton_.core, bones_, c.owner);
+  std::size_t changed = 0;
+  for (std::size_t i : target_.inside) changed += c.owner[i] != result_.owner[i];
+  c.moved = voxel_ * double(changed);
+  c.left = mean(joint, collisions_by_owner(c.owner, target_, joint));
+  c.score = c.moved + kWorth * std::max(0.0, c.left - tolerance());
+  return c;
+}
+
+// Eqs. 8 to 10 on the level sets, the giver's own skeleton kept out of the cylinder.
+void Transfer::cut_cylinder(const Joint& joint, const Candidate& candidate) {
+  const int giver = candidate.child_to_parent ? joint.child : joint.parent, taker = candidate.child_to_parent ? joint.parent : joint.child;
+  Grid<float>& from = result_.phi[giver];
+  const Grid<float> before = from;
+  const auto transferred = [&](const Eigen::Vector3d& p) {
+    const double kept = 0.1 * skeleton_.shapes[giver].radius + distance_to_bone(skeleton_, giver, p);
+    return std::max({joint.radius_of(p) - candidate.radius, double(value_at(before, p)), -kept});
+  };
+  for (std::size_t i = 0; i < from.values.size(); ++i)
+    from[i] = std::max(from[i], float(-transferred(from.shape.position(i))));
+  Grid<float>& to = result_.phi[taker];
+  for (std::size_t i = 0; i < to.values.size(); ++i) to[i] = std::min(to[i], float(transferred(to.shape.position(i))));
+}
+
+void Transfer::take(const Joint& joint, Candidate candidate) {
+  if (candidate.radius > 0) cut_cylinder(joint, candidate);
+  const std::vector<std::int16_t> before = result_.owner;
+  result_.owner = std::move(candidate.owner);
+  surfaces_.retile(result_, skeleton_.core, options_.threads);
+  for (std::size_t i : target_.inside)
+    if (before[i] != result_.owner[i]) touched_[before[i]] = touched_[result_.owner[i]] = 1;
+}
+
+void check(const TransferOptions& options) {
+  if (options.samples < 2 || options.samples > 10000) throw InvalidInput("transfer: the number of samples must be 2 to 10000");
+  if (options.threads < 0) throw InvalidInput("transfer: the number of threads must be 0 (all cores) or more");
+}
+
+}  // namespace
+
+// Leaves first: what a joint hands to its parent is then there when the parent's own joint is looked at.
+Segmentation transfer(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+                      const std::vector<JointRange>& ranges, const TransferOptions& options, const Progress& progress,
+                      std::vector<TransferResult>* results) {
+  check(options);
+  if (!(segmentation.shape == target.distance.shape) || segmentation.phi.size() != character.bones.size())
+    throw InvalidInput("transfer: the segmentation belongs to another character, target or resolution; segment again");
+  Transfer work(segmentation, character, target, embedding, options);
+  const std::vector<Joint> joints = joints_of(character, embedding, ranges, options.samples);
+  std::vector<TransferResult> reports(joints.size());
+  tbb::task_arena arena(arena_size(options.threads));
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const std::vector<char> touched = work.touched();
+    for (std::size_t k = 0; k < joints.size(); ++k) {
+      if (!touched[joints[k].child] && !touched[joints[k].parent]) continue;
+      progress((pass + double(k) / double(joints.size())) / kPasses, "transferring between parts");
+      reports[k].bone = joints[k].child;
+      arena.execute([&] { work.mend(joints[k], reports[k]); });
+    }
+  }
+  arena.execute([&] {
+    for (std::size_t k = 0; k < joints.size(); ++k) reports[k].left_overlap = work.overlap(joints[k]);
+  });
+  if (results) *results = std::move(reports);
+  return work.result();
+}
+
+}  // namespace transformables

@@ -1,0 +1,458 @@
+// Finishing, on designs made by hand: beams along Y whose bones turn about X.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include "finishing/finishing.h"
+
+namespace transformables {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A small generator of our own: what the library's distributions give is not fixed.
+struct Random {
+  std::uint64_t state;
+  double operator()() {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return double(state >> 11) / 9007199254740992.0;
+  }
+};
+
+/// The nearest number of single precision; `volatile` because GCC 12 drops such roundings at -O2.
+double to_float(double x) {
+  const volatile float rounded = float(x);
+  return double(rounded);
+}
+
+TriangleMesh box_mesh(const Vector3d& low, const Vector3d& high) {
+  TriangleMesh mesh;
+  for (int n = 0; n < 8; ++n)
+    mesh.vertices.emplace_back(n & 1 ? high.x() : low.x(), n & 2 ? high.y() : low.y(), n & 4 ? high.z() : low.z());
+  for (const auto& q : {Eigen::Vector4i(0, 2, 3, 1), Eigen::Vector4i(4, 5, 7, 6), Eigen::Vector4i(0, 1, 5, 4),
+                        Eigen::Vector4i(2, 6, 7, 3), Eigen::Vector4i(0, 4, 6, 2), Eigen::Vector4i(1, 3, 7, 5)}) {
+    mesh.triangles.emplace_back(q[0], q[1], q[2]);
+    mesh.triangles.emplace_back(q[0], q[2], q[3]);
+  }
+  return mesh;
+}
+
+double box_distance(const Vector3d& p, const Vector3d& low, const Vector3d& high) {
+  const Vector3d outside = (low - p).cwiseMax(p - high);
+  return outside.cwiseMax(0.0).norm() + std::min(outside.maxCoeff(), 0.0);
+}
+
+struct Design {
+  Character character;
+  Target target;
+  Embedding embedding;
+  Segmentation segmentation;
+  FoldPath path;
+  FinishingOptions options;
+
+  Parts finished() const { return finish(segmentation, character, target, embedding, path, options, {}); }
+  void turn(int angle, double to_rad) {
+    double from = embedding.pose.angles[angle];
+    for (const Move& move : path.moves)
+      for (const auto& t : move.turns)
+        if (t.angle == angle) from = t.to_rad;
+    path.moves.push_back({{{angle, from, to_rad}}});
+  }
+};
+
+/// A box of half sides `half` (the longest along Y: 0.25), cut among bones by `phi`, bones along Y from y to y.
+using LevelSet = std::function<double(const Vector3d&)>;
+Design beam(const Vector3d& half, const std::vector<ArmatureBone>& bones, double radius, const std::vector<LevelSet>& phi, double step = kLongestSide / 32) {
+  Design d;
+  d.character = make_character(bones);
+  for (Bone& bone : d.character.bones) bone.radius = radius;
+  d.embedding.pose = rest_pose(d.character, d.character.root_rest);
+  d.embedding.morphology = Morphology::Ones(d.character.bones.size());
+  d.target.mesh = box_mesh(-half, half);
+  d.target.volume = signed_volume(d.target.mesh);
+  const Eigen::Array3i cells = (half.array() / step).ceil().cast<int>() + 3;
+  const GridShape shape{(2 * cells + 1).matrix(), -step * cells.cast<double>().matrix(), step};
+  d.target.distance = Grid<float>(shape, 0);
+  d.segmentation.shape = shape;
+  d.segmentation.owner.assign(shape.count(), -1);
+  d.segmentation.frames = forward_kinematics(d.character, d.embedding.pose, d.embedding.morphology);
+  d.segmentation.phi.assign(phi.size(), Grid<float>(shape, 0));
+  for (std::size_t n = 0; n < shape.count(); ++n) {
+    const Vector3d p = shape.position(n);
+    d.target.distance[n] = float(box_distance(p, -half, half));
+    for (std::size_t i = 0; i < phi.size(); ++i) {
+      d.segmentation.phi[i][n] = float(std::clamp(phi[i](p), -4 * step, 4 * step));
+      if (d.target.distance[n] < 0 && phi[i](p) <= 0) d.segmentation.owner[n] = std::int16_t(i);
+    }
+    if (d.target.distance[n] < 0) d.target.inside.push_back(n);
+  }
+  return d;
+}
+
+ArmatureBone bone(const char* name, int parent, double from_y, double to_y, bool hinged = true) {
+  ArmatureBone b{name, parent, {0, from_y, 0}, {0, to_y, 0}, Eigen::Matrix3d::Identity(), {}};
+  if (hinged && parent >= 0) b.hinges.push_back({0, -std::numbers::pi, std::numbers::pi});
+  return b;
+}
+
+constexpr double kHalfWidth = 0.08;
+
+/// Two halves that meet at y = 0, the hinge in the middle of the interface.
+Design halves(double radius = 0.012) {
+  return beam({kHalfWidth, 0.25, kHalfWidth}, {bone("root", -1, -0.15, 0), bone("child", 0, 0, 0.15)}, radius,
+              {[](const Vector3d& p) { return p.y(); }, [](const Vector3d& p) { return -p.y(); }});
+}
+
+double total_volume(const Parts& parts) {
+  double sum = 0;
+  for (const Part& part : parts.parts) sum += part.volume;
+  return sum;
+}
+
+Grid<float> sampled_field(int n, double step, const std::function<double(const Vector3d&)>& f) {
+  const double half = step * (n - 1) / 2;
+  Grid<float> field({{n, n, n}, Vector3d::Constant(-half), step}, 0);
+  for (std::size_t i = 0; i < field.values.size(); ++i) field[i] = float(f(field.shape.position(i)));
+  return field;
+}
+
+void expect_good(const TriangleMesh& mesh) {
+  const MeshCheck c = check(mesh);
+  EXPECT_FALSE(c.open);
+  EXPECT_FALSE(c.non_manifold);
+  EXPECT_FALSE(c.self_intersecting);
+  EXPECT_FALSE(c.inside_out);
+  EXPECT_EQ(c.extra_pieces, 0);
+}
+
+TEST(Isosurface, OfASphereIsGoodAndHasItsVolume) {
+  const TriangleMesh mesh = isosurface(sampled_field(41, 0.05, [](const Vector3d& p) { return p.norm() - 0.8; }));
+  expect_good(mesh);
+  const double exact = 4 * std::numbers::pi / 3 * 0.512;
+  EXPECT_NEAR(signed_volume(mesh), exact, 0.01 * exact);
+  for (const Vector3d& v : mesh.vertices) EXPECT_NEAR(v.norm(), 0.8, 0.05 * 0.05 + 0.001);
+}
+
+TEST(Isosurface, OfATorusHasItsGenus) {
+  const TriangleMesh mesh = isosurface(sampled_field(51, 0.04, [](const Vector3d& p) {
+    return std::hypot(std::hypot(p.x(), p.y()) - 0.6, p.z()) - 0.2;
+  }));
+  expect_good(mesh);
+  EXPECT_EQ(int(mesh.vertices.size()) - int(mesh.triangles.size()) / 2, 0);
+}
+
+TEST(Isosurface, OfShapesThatTouchAtACornerIsStillManifold) {
+  Grid<float> field = sampled_field(6, 1, [](const Vector3d&) { return 1.0; });
+  field.at({2, 2, 2}) = field.at({3, 3, 3}) = -1;
+  field.at({2, 3, 2}) = -1;
+  const MeshCheck c = check(isosurface(field));
+  EXPECT_FALSE(c.open || c.non_manifold || c.self_intersecting || c.inside_out);
+}
+
+TEST(Isosurface, OfAnyNoiseIsClosedManifoldAndSimpleAfterTurningAndRoundingToFloat) {
+  const Eigen::Quaterniond turn = Eigen::Quaterniond(0.3, 0.5, -0.7, 0.2).normalized();
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    Random random{seed};
+    Grid<float> field = sampled_field(16, 0.002, [](const Vector3d&) { return 1.0; });
+    for (std::size_t n = 0; n < field.values.size(); ++n) {
+      const Eigen::Vector3i c = field.shape.cell(n);
+      if ((c.array() == 0).any() || (c.array() == 15).any()) continue;
+      const double value = random() - 0.5, kind = random();
+      field[n] = float(seed % 3 == 0 ? value : seed % 3 == 1 ? std::copysign(kind < 0.5 ? 1e-7 : 1, value) : kind < 0.3 ? 0 : value);
+    }
+    TriangleMesh mesh = isosurface(field);
+    for (Vector3d& v : mesh.vertices) v = (turn * v + Vector3d(0.2, 0.1, -0.2)).unaryExpr(&to_float);
+    const MeshCheck c = check(mesh);
+    EXPECT_FALSE(c.open || c.non_manifold || c.self_intersecting || c.inside_out) << "seed " << seed;
+  }
+}
+
+TEST(Isosurface, RefusesASolidThatReachesTheBorder) {
+  EXPECT_THROW(isosurface(sampled_field(8, 1, [](const Vector3d&) { return -1.0; })), InvalidInput);
+  Grid<float> nothing = sampled_field(4, 1, [](const Vector3d&) { return std::nan(""); });
+  EXPECT_THROW(isosurface(nothing), InvalidInput);
+  nothing.values.pop_back();
+  EXPECT_THROW(isosurface(nothing), InvalidInput);
+}
+
+TEST(Check, SeesEachFault) {
+  const TriangleMesh good = box_mesh(Vector3d::Zero(), Vector3d::Ones());
+  EXPECT_TRUE(check(good).good());
+  TriangleMesh bad = good;
+  bad.triangles.pop_back();
+  EXPECT_TRUE(check(bad).open);
+  bad = good;
+  bad.triangles.push_back(bad.triangles[0]);
+  EXPECT_TRUE(check(bad).non_manifold);
+  bad = good;
+  for (auto& t : bad.triangles) std::swap(t[0], t[1]);
+  EXPECT_TRUE(check(bad).inside_out);
+  bad = good;
+  bad.vertices[0] = {0.8, 0.8, 2};
+  EXPECT_TRUE(check(bad).self_intersecting);
+  bad = good;
+  for (const auto& v : good.vertices) bad.vertices.push_back(v + Vector3d(3, 0, 0));
+  for (const auto& t : good.triangles) bad.triangles.push_back(t + Eigen::Vector3i::Constant(8));
+  EXPECT_EQ(check(bad).extra_pieces, 1);
+  bad = good;
+  bad.vertices[0].x() = std::nan("");
+  EXPECT_FALSE(check(bad).good());
+  EXPECT_FALSE(check({}).good());
+}
+
+TEST(Check, SeesTwoFansAboutOneVertex) {
+  TriangleMesh mesh = box_mesh(Vector3d::Zero(), Vector3d::Ones());
+  const TriangleMesh other = box_mesh(Vector3d::Ones(), 2 * Vector3d::Ones());
+  for (const auto& v : other.vertices) mesh.vertices.push_back(v);
+  for (const auto& t : other.triangles) mesh.triangles.push_back(t.unaryExpr([](int v) { return v == 0 ? 7 : v + 8; }));
+  EXPECT_TRUE(check(mesh).non_manifold);
+}
+
+TEST(Finish, HalvesFillTheTargetButForTheGapAtTheirInterface) {
+  const Design d = halves();
+  const Parts parts = d.finished();
+  ASSERT_EQ(parts.parts.size(), 2u);
+  for (const Part& part : parts.parts) {
+    expect_good(part.mesh);
+    EXPECT_NEAR(part.volume, signed_volume(part.mesh), 1e-12);
+  }
+  const double area = 4 * kHalfWidth * kHalfWidth;
+  const double missing = d.target.volume - total_volume(parts);
+  EXPECT_GT(missing, 0.9 * d.options.clearance * area);
+  EXPECT_LT(missing, 2 * d.options.clearance * area + 0.005 * d.target.volume);
+  EXPECT_NEAR(parts.filled_volume_pct, 100 * total_volume(parts) / d.target.volume, 1e-9);
+  EXPECT_EQ(parts.carved_volume_pct, 0);
+  EXPECT_TRUE(parts.collisions.empty());
+}
+
+TEST(Finish, TheOuterSurfaceStaysWhereTheTargetsIs) {
+  const Design d = halves();
+  const Parts parts = d.finished();
+  const Vector3d half(kHalfWidth, 0.25, kHalfWidth);
+  double farthest_x = 0, nearest_to_interface = 1;
+  for (const Part& part : parts.parts)
+    for (const Vector3d& v : part.mesh.vertices) {
+      const Vector3d p = d.segmentation.frames[part.bone] * v;
+      EXPECT_LT(box_distance(p, -half, half), 1e-4);
+      farthest_x = std::max(farthest_x, p.x());
+      nearest_to_interface = std::min(nearest_to_interface, std::abs(p.y()));
+    }
+  EXPECT_NEAR(farthest_x, kHalfWidth, 5e-4);
+  EXPECT_LT(nearest_to_interface, 0.02);
+}
+
+TEST(Finish, VerticesAreNumbersOfSinglePrecision) {
+  for (const Part& part : halves().finished().parts)
+    for (const Vector3d& v : part.mesh.vertices)
+      for (int k = 0; k < 3; ++k) EXPECT_EQ(v[k], to_float(v[k]));
+}
+
+TEST(Finish, WhatAHingeSweepsThroughItsNeighbourIsCarvedAndNoMore) {
+  Design d = halves(0.004);
+  d.turn(0, std::numbers::pi / 2);
+  const Parts parts = d.finished();
+  EXPECT_TRUE(parts.collisions.empty());
+  EXPECT_GE(parts.minimum_clearance, 0.5 * d.options.clearance);
+  ASSERT_EQ(parts.parts.size(), 2u);
+  for (const Part& part : parts.parts) expect_good(part.mesh);
+  // The child's upper edge passes over a square of the root's section beside the hinge, all along X.
+  const double swept_pct = 100 * kHalfWidth * kHalfWidth * 2 * kHalfWidth / d.target.volume;
+  EXPECT_GT(parts.carved_volume_pct, 0.95 * swept_pct);
+  EXPECT_LT(parts.carved_volume_pct, 1.25 * swept_pct);
+}
+
+TEST(Finish, NoPointOfAPartEntersAnotherAtAnyOfManyConfigurations) {
+  Design d = halves();
+  d.turn(0, 2.0);
+  d.turn(0, 0.3);
+  const Parts parts = d.finished();
+  ASSERT_EQ(parts.parts.size(), 2u);
+  const GridShape shape{{110, 110, 110}, Vector3d::Constant(-0.3), 0.6 / 109};
+  std::vector<Grid<float>> fields;
+  for (const Part& part : parts.parts) fields.push_back(signed_distance(part.mesh, shape));
+  double deepest = 0;
+  for (int n = 0; n <= 200; ++n) {
+    Pose pose = d.embedding.pose;
+    pose.angles[0] = 2.0 * n / 200;
+    const auto frames = forward_kinematics(d.character, pose, d.embedding.morphology);
+    for (int a = 0; a < 2; ++a)
+      for (const Vector3d& v : parts.parts[a].mesh.vertices) {
+        const Vector3d p = frames[1 - a].inverse() * (frames[a] * v);
+        if ((p.cwiseAbs().array() < 0.29).all()) deepest = std::max(deepest, -double(sample(fields[1 - a], p)));
+      }
+  }
+  EXPECT_LT(deepest, 0.001);
+}
+
+TEST(Finish, AThinFinThatPassesBetweenCoarseStepsStillCarves) {
+  // A fin two fine cells thick at the beam's far end sweeps through a post that the root holds out beside it.
+  const double thick = 0.008;
+  const auto fin = [=](const Vector3d& p) {
+    return std::min(box_distance(p, {-0.3, 0, -0.02}, {0.3, 0.15, 0.02}), box_distance(p, {-0.3, 0.1, -thick / 2}, {0.3, 0.3, thick / 2}));
+  };
+  Design d = beam({0.05, 0.25, 0.12}, {bone("root", -1, -0.15, 0), bone("child", 0, 0, 0.15)}, 0.004,
+                  {[&](const Vector3d& p) { return -fin(p); }, fin});
+  d.options.largest_step_rad = 3;
+  d.turn(0, 1.5);
+  const Parts parts = d.finished();
+  EXPECT_TRUE(parts.collisions.empty());
+  EXPECT_GT(parts.carved_volume_pct, 1);
+  EXPECT_GE(parts.minimum_clearance, 0);
+}
+
+TEST(Finish, SkeletonsAreNotCarvedForAnothersSkin) {
+  Design d = halves(0.02);
+  d.turn(0, 1.2);
+  const Parts parts = d.finished();
+  ASSERT_EQ(parts.parts.size(), 2u);
+  // Along both bones, well away from the joint, the skeleton's middle is inside its part.
+  const GridShape shape{{90, 90, 90}, Vector3d::Constant(-0.3), 0.6 / 89};
+  for (const Part& part : parts.parts) {
+    const Grid<float> field = signed_distance(part.mesh, shape);
+    for (double y = 0.05; y < 0.14; y += 0.01)
+      EXPECT_LT(sample(field, {0, part.bone == 0 ? 0.15 - y : y, 0}), 0) << part.bone << " at " << y;
+  }
+}
+
+TEST(Finish, PiecesCutOffAreDroppedAndReported) {
+  Design d = halves();
+  // A second blob of the root, cut off from it by the child.
+  const auto blob = [](const Vector3d& p) { return std::min(p.y(), 0.2 - p.y()); };
+  d = beam({kHalfWidth, 0.25, kHalfWidth}, {bone("root", -1, -0.15, 0), bone("child", 0, 0, 0.15)}, 0.012,
+           {blob, [=](const Vector3d& p) { return -blob(p); }});
+  const Parts parts = d.finished();
+  ASSERT_EQ(parts.parts.size(), 2u);
+  for (const Part& part : parts.parts) expect_good(part.mesh);
+  ASSERT_FALSE(parts.warnings.empty());
+  EXPECT_NE(parts.warnings[0].find("root"), std::string::npos);
+}
+
+TEST(Finish, AnEnclosedPartIsGivenUpByNameAndItsRoomFilled) {
+  const auto ball = [](const Vector3d& p) { return (p - Vector3d(0, 0.1, 0)).norm() - 0.05; };
+  const Design d = beam({kHalfWidth, 0.25, kHalfWidth}, {bone("root", -1, -0.15, 0), bone("yolk", 0, 0.09, 0.11)}, 0.01,
+                        {[=](const Vector3d& p) { return -ball(p); }, ball});
+  const Parts parts = d.finished();
+  ASSERT_EQ(parts.parts.size(), 1u);
+  expect_good(parts.parts[0].mesh);
+  EXPECT_GT(parts.filled_volume_pct, 99);
+  ASSERT_FALSE(parts.warnings.empty());
+  EXPECT_NE(parts.warnings[0].find("yolk"), std::string::npos);
+}
+
+TEST(Finish, AVoidInTheSegmentationBecomesNoHollow) {
+  Design d = halves();
+  for (std::size_t n = 0; n < d.segmentation.shape.count(); ++n)
+    if ((d.segmentation.shape.position(n) - Vector3d(0.04, 0.18, 0)).norm() < 0.03) d.segmentation.phi[1][n] = 0.05f;
+  const Parts parts = d.finished();
+  for (const Part& part : parts.parts) expect_good(part.mesh);
+  EXPECT_GT(parts.filled_volume_pct, 97);
+}
+
+TEST(Finish, ABoneWithoutASkinKeepsItsSkeleton) {
+  Design d = halves();
+  d.segmentation.phi[1] = {};
+  for (float& v : d.segmentation.phi[0].values) v = -0.05f;
+  d.turn(0, 0.5);
+  const Parts parts = d.finished();
+  ASSERT_EQ(parts.parts.size(), 2u);
+  EXPECT_TRUE(parts.collisions.empty());
+  EXPECT_GT(parts.parts[1].volume, 0.1 * std::numbers::pi * 0.012 * 0.012);
+}
+
+TEST(Finish, MirroredHingesThatTurnAtOnceAreKeptApart) {
+  std::vector<ArmatureBone> bones{bone("root", -1, -0.05, 0.05), bone("up", 0, 0.05, 0.2), bone("down", 0, -0.05, -0.2)};
+  const auto middle = [](const Vector3d& p) { return std::abs(p.y()) - 0.05; };
+  Design d = beam({0.06, 0.25, 0.1}, bones, 0.008,
+                  {middle, [](const Vector3d& p) { return 0.05 - p.y(); }, [](const Vector3d& p) { return 0.05 + p.y(); }});
+  d.path.moves.push_back({{{0, 0, 2.2}, {1, 0, -2.2}}});
+  const Parts parts = d.finished();
+  ASSERT_EQ(parts.parts.size(), 3u);
+  EXPECT_TRUE(parts.collisions.empty());
+  EXPECT_GE(parts.minimum_clearance, 0.5 * d.options.clearance);
+  for (const Part& part : parts.parts) expect_good(part.mesh);
+}
+
+TEST(Finish, ShellsAreLighterAndAsGood) {
+  Design d = halves();
+  const double solid = total_volume(d.finished());
+  d.options.style = Style::kShell;
+  d.options.wall = 0.012;
+  const Parts parts = d.finished();
+  ASSERT_EQ(parts.parts.size(), 2u);
+  for (const Part& part : parts.parts) expect_good(part.mesh);
+  EXPECT_LT(total_volume(parts), 0.75 * solid);
+}
+
+TEST(Finish, GivesTheSameBytesForAnyNumberOfThreads) {
+  Design d = halves();
+  d.turn(0, 1);
+  d.options.threads = 1;
+  const Parts one = d.finished();
+  d.options.threads = 2;
+  const Parts two = d.finished();
+  ASSERT_EQ(one.parts.size(), two.parts.size());
+  for (std::size_t n = 0; n < one.parts.size(); ++n) {
+    EXPECT_EQ(one.parts[n].mesh.vertices, two.parts[n].mesh.vertices);
+    EXPECT_EQ(one.parts[n].mesh.triangles, two.parts[n].mesh.triangles);
+  }
+  EXPECT_EQ(one.minimum_clearance, two.minimum_clearance);
+  EXPECT_EQ(one.carved_volume_pct, two.carved_volume_pct);
+}
+
+TEST(Finish, StopsWhenAsked) {
+  Design d = halves();
+  d.turn(0, 1);
+  const Progress stop{[](double fraction, std::string_view) { return fraction < 0.5; }};
+  EXPECT_THROW(finish(d.segmentation, d.character, d.target, d.embedding, d.path, d.options, stop), Cancelled);
+}
+
+TEST(Finish, TellsProgressThatNeverGoesBack) {
+  Design d = halves();
+  d.turn(0, 1);
+  double before = 0;
+  const Progress watch{[&](double fraction, std::string_view) {
+    EXPECT_GE(fraction, before);
+    EXPECT_LE(fraction, 1);
+    before = fraction;
+    return true;
+  }};
+  finish(d.segmentation, d.character, d.target, d.embedding, d.path, d.options, watch);
+  EXPECT_EQ(before, 1);
+}
+
+TEST(Finish, RefusesOptionsOutOfRange) {
+  const auto refused = [](const std::function<void(FinishingOptions&)>& change) {
+    Design d = halves();
+    change(d.options);
+    EXPECT_THROW(d.finished(), InvalidInput);
+  };
+  refused([](FinishingOptions& o) { o.clearance = -1; });
+  refused([](FinishingOptions& o) { o.clearance = std::nan(""); });
+  refused([](FinishingOptions& o) { o.refinement = 0; });
+  refused([](FinishingOptions& o) { o.refinement = 9; });
+  refused([](FinishingOptions& o) { o.largest_step_rad = 0; });
+  refused([](FinishingOptions& o) { o.threads = -1; });
+  refused([](FinishingOptions& o) { o.style = Style::kShell, o.wall = 0; });
+}
+
+TEST(Finish, RefusesPiecesOfDifferentDesigns) {
+  const auto refused = [](const std::function<void(Design&)>& change) {
+    Design d = halves();
+    change(d);
+    EXPECT_THROW(d.finished(), InvalidInput);
+  };
+  refused([](Design& d) { d.segmentation.phi.pop_back(); });
+  refused([](Design& d) { d.segmentation.shape.step *= 2; });
+  refused([](Design& d) { d.segmentation.phi[0].values.pop_back(); });
+  refused([](Design& d) { d.segmentation.phi.assign(2, {}); });
+  refused([](Design& d) { d.embedding.morphology.resize(5); });
+  refused([](Design& d) { d.target.mesh = {}; });
+  refused([](Design& d) { d.path.moves.push_back({{{7, 0, 1}}}); });
+  refused([](Design& d) { d.path.moves.push_back({{{0, 0.5, 1}}}); });
+}
+
+}  // namespace
+}  // namespace transformables
