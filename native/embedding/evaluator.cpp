@@ -31,7 +31,6 @@ Evaluator::Evaluator(const Character& character, const Target& target, std::shar
                      const ObjectiveWeights& weights)
     : target_(target), voxels_(std::move(voxels)), weights_(weights), skeleton_(character) {
   field_.assign(std::size_t(voxels_->cells), kUnreached);
-  marks_.assign(std::size_t(voxels_->pitch), 0);
   for (const Bone& bone : character.bones) {
     const std::size_t count = std::max<std::size_t>(1, bone.segments.size());
     for (std::size_t s = 0; s < count; ++s) {
@@ -115,7 +114,7 @@ double Evaluator::protrusion(const Skeleton::PosedSegment& segment, int stations
 }
 
 bool Evaluator::plant_seeds() {
-  std::fill(field_.begin(), field_.end(), kUnreached);
+  for (const Voxels::Row& row : voxels_->rows) std::fill_n(field_.begin() + row.begin, row.count, kUnreached);
   bool any = false;
   const auto& bones = skeleton_.character.bones;
   for (std::size_t i = 0; i < bones.size(); ++i)
@@ -194,36 +193,45 @@ int Evaluator::nearest_bone(const Eigen::Vector3d& p) const {
   return best;
 }
 
+template <class Visit>
+void Evaluator::for_each_sampled(const Visit& visit) const {
+  const Voxels& vox = *voxels_;
+  for (const Voxels::Row& row : vox.rows) {
+    const std::int32_t start = vox.cell(0, row.y, row.z), first = start + vox.first_sampled(row.y, row.z);
+    for (int r = row.first_run; r < row.end_run; ++r) {
+      const Voxels::Run run = vox.runs[std::size_t(r)];
+      const std::int32_t late = std::max(0, run.begin - first + vox.spacing - 1) / vox.spacing;
+      for (std::int32_t c = first + late * vox.spacing; c < run.end; c += vox.spacing) visit(c, c - start, row.y, row.z);
+    }
+  }
+}
+
 // Eqs. 2 and 3 over the voxels on the boundary of parts: those next to the outside or to another bone's.
 void Evaluator::add_boundaries(const Pose& pose, ObjectiveTerms& terms) {
   const Voxels& vox = *voxels_;
   const auto& bones = skeleton_.character.bones;
   const std::int32_t neighbours[6] = {-1, 1, -vox.pitch, vox.pitch, -vox.slice, vox.slice};
   double compact = 0, skin = 0;
-  for (const Voxels::Row& row : vox.rows) {
-    if (!row.sampled) continue;
-    mark_boundary(vox, field_.data(), row, marks_.data());
-    const std::int32_t row_start = vox.cell(0, row.y, row.z);
-    for (int r = row.first_run; r < row.end_run; ++r)
-      for (std::int32_t c = vox.runs[std::size_t(r)].begin; c < vox.runs[std::size_t(r)].end; ++c) {
-        if (marks_[std::size_t(c - row.begin)] == 0) continue;
-        const int bone = field_[std::size_t(c)] & kNoLabel;
-        if (bone == kNoLabel) continue;
-        const Eigen::Vector3d p = vox.position(c - row_start, row.y, row.z);
-        const double out = positive(std::sqrt(nearest(bone, p).distance2) - bones[std::size_t(bone)].radius);
-        compact += out * out;
-        const int parent = bones[std::size_t(bone)].parent;
-        if (parent < 0) continue;
-        Eigen::Vector3d towards = Eigen::Vector3d::Zero();
-        int count = 0;
-        for (int k = 0; k < 6; ++k)
-          if ((field_[std::size_t(c + neighbours[k])] & kNoLabel) == parent) {
-            towards[k / 2] += k % 2 == 0 ? -0.5 : 0.5;
-            ++count;
-          }
-        if (count > 0) skin += joint_sample(pose, p + vox.step / count * towards, bone);
+  for_each_sampled([&](std::int32_t c, int x, int y, int z) {
+    const std::int32_t* v = field_.data() + c;
+    std::int32_t differs = 0;
+    for (const std::int32_t n : neighbours) differs |= *v ^ v[n];
+    const int bone = *v & kNoLabel;
+    if ((differs & kNoLabel) == 0 || bone == kNoLabel) return;
+    const Eigen::Vector3d p = vox.position(x, y, z);
+    const double out = positive(std::sqrt(nearest(bone, p).distance2) - bones[std::size_t(bone)].radius);
+    compact += out * out;
+    const int parent = bones[std::size_t(bone)].parent;
+    if (parent < 0) return;
+    Eigen::Vector3d towards = Eigen::Vector3d::Zero();
+    int count = 0;
+    for (int k = 0; k < 6; ++k)
+      if ((v[neighbours[k]] & kNoLabel) == parent) {
+        towards[k / 2] += k % 2 == 0 ? -0.5 : 0.5;
+        ++count;
       }
-  }
+    if (count > 0) skin += joint_sample(pose, p + vox.step / count * towards, bone);
+  });
   terms.compact = vox.samples_weight * compact;
   terms.skin = vox.samples_weight * skin;
 }
@@ -253,17 +261,13 @@ double Evaluator::compact_without_seeds() const {
   const Voxels& vox = *voxels_;
   const std::int32_t neighbours[6] = {-1, 1, -vox.pitch, vox.pitch, -vox.slice, vox.slice};
   double sum = 0;
-  for (const Voxels::Row& row : vox.rows) {
-    if (!row.sampled) continue;
-    for (int r = row.first_run; r < row.end_run; ++r)
-      for (std::int32_t c = vox.runs[std::size_t(r)].begin; c < vox.runs[std::size_t(r)].end; ++c) {
-        if (std::none_of(neighbours, neighbours + 6, [&](std::int32_t n) { return vox.wall[std::size_t(c + n)] != 0; })) continue;
-        const Eigen::Vector3d p = vox.position(c - vox.cell(0, row.y, row.z), row.y, row.z);
-        const int bone = nearest_bone(p);
-        const double out = positive(std::sqrt(nearest(bone, p).distance2) - skeleton_.character.bones[std::size_t(bone)].radius);
-        sum += out * out;
-      }
-  }
+  for_each_sampled([&](std::int32_t c, int x, int y, int z) {
+    if (std::none_of(neighbours, neighbours + 6, [&](std::int32_t n) { return vox.wall[std::size_t(c + n)] != 0; })) return;
+    const Eigen::Vector3d p = vox.position(x, y, z);
+    const int bone = nearest_bone(p);
+    const double out = positive(std::sqrt(nearest(bone, p).distance2) - skeleton_.character.bones[std::size_t(bone)].radius);
+    sum += out * out;
+  });
   return vox.samples_weight * sum;
 }
 

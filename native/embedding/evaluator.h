@@ -48,6 +48,8 @@ class Evaluator {
   bool plant_segment(const Skeleton::PosedSegment& segment, int bone, double radius);
   void add_boundaries(const Pose& pose, ObjectiveTerms& terms);
   double compact_without_seeds() const;
+  template <class Visit>
+  void for_each_sampled(const Visit& visit) const;
   double joint_sample(const Pose& pose, const Eigen::Vector3d& p, int child) const;
   Nearest nearest(int bone, const Eigen::Vector3d& p) const;
   int nearest_bone(const Eigen::Vector3d& p) const;
@@ -57,7 +59,6 @@ class Evaluator {
   ObjectiveWeights weights_;
   Skeleton skeleton_;
   std::vector<std::int32_t> field_;
-  std::vector<std::uint8_t> marks_;
   std::vector<int> stations_;                              ///< of each segment: places along it that carry protrusion samples
   std::size_t sample_count_ = 0;                           ///< M of Eq. 5
 };

@@ -14,8 +14,4 @@ namespace transformables {
 /// @return sweeps that were needed
 int flood(const Voxels& voxels, std::int32_t* field);
 
-/// Marks the cells of a row whose bone differs from a neighbour's (of six), or that border on the outside.
-/// @param marks  row.count bytes; not 0 where it is so (also for cells outside: look only within runs)
-void mark_boundary(const Voxels& voxels, const std::int32_t* field, const Voxels::Row& row, std::uint8_t* marks);
-
 }  // namespace transformables

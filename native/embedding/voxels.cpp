@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kMostVoxels = 64;         // along the target's longest side: the embedding needs no finer
 constexpr double kPaperStep = 0.01;
-constexpr std::size_t kFewVoxels = 12000;  // below, every row is sampled
+constexpr std::size_t kFewVoxels = 12000;  // below, each boundary voxel is a sample
 
 int stride_of(double step) { return std::max(1, int(std::ceil(kLongestSide / step / kMostVoxels - 0.01))); }
 
@@ -33,21 +33,20 @@ Voxels::Voxels(const Target& target) {
   step = shape.step * stride;
   first_sample = low * stride;
   origin = shape.position(first_sample);
-  pitch = (size.x() + 7) / 8 * 8 + 2 * kPad;
+  pitch = (size.x() + 7) / 8 * 8 + kPad;
   slice = pitch * (size.y() + 2);
-  cells = slice * (size.z() + 2);
+  cells = slice * (size.z() + 2) + 2 * kPad;
   wall.assign(std::size_t(cells), kUnreached);
   for (const auto& c : inside) wall[std::size_t(cell(c.x() - low.x(), c.y() - low.y(), c.z() - low.z()))] = 0;
 
-  // One row in five, a knight's move apart: no plane of voxels is favoured.
-  const int spacing = inside.size() < kFewVoxels ? 1 : 5;
+  // One voxel in five, a knight's move apart: every plane of voxels has its fifth.
+  spacing = inside.size() < kFewVoxels ? 1 : 5;
   samples_weight = spacing * (step / kPaperStep) * (step / kPaperStep);
   for (int z = 0; z < size.z(); ++z)
     for (int y = 0; y < size.y(); ++y) {
       Row row;
       row.y = y;
       row.z = z;
-      row.sampled = (y + 2 * z) % spacing == 0;
       row.first_run = std::int32_t(runs.size());
       for (std::int32_t c = cell(0, y, z), end = c + size.x(); c < end; ++c) {
         if (wall[std::size_t(c)] != 0) continue;

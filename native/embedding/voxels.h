@@ -25,18 +25,16 @@ struct Voxels {
     std::int32_t begin = 0, count = 0; ///< cells that hold all inside ones of the row; count is a multiple of 8
     std::int32_t first_run = 0, end_run = 0;
     std::int32_t y = 0, z = 0;
-    bool sampled = false;              ///< boundary samples are taken on such rows only
   };
 
   explicit Voxels(const Target& target);
 
   std::int32_t cell(int x, int y, int z) const { return (z + 1) * slice + (y + 1) * pitch + x + kPad; }
-  Eigen::Vector3i of_cell(std::int32_t cell) const {
-    return {cell % pitch - kPad, cell % slice / pitch - 1, cell / slice - 1};
-  }
+  /// First x >= 0 of a row at which boundary samples are taken; they go on every `spacing` voxels.
+  int first_sampled(int y, int z) const { return (spacing - (2 * y + 4 * z) % spacing) % spacing; }
   Eigen::Vector3d position(double x, double y, double z) const { return origin + step * Eigen::Vector3d(x, y, z); }
 
-  static constexpr int kPad = 8;       ///< cells before and after each row, so that neighbours may be read blindly
+  static constexpr int kPad = 8;       ///< cells between rows, so that neighbours may be read blindly
   Eigen::Vector3i size;                ///< of the box of inside voxels
   Eigen::Vector3d origin;              ///< of voxel (0, 0, 0), target frame
   double step = 0;
@@ -46,6 +44,7 @@ struct Voxels {
   std::vector<std::int32_t> wall;      ///< 0 inside, kUnreached outside: the largest of it and a value is the value, walled
   std::vector<Row> rows;
   std::vector<Run> runs;
+  int spacing = 1;                     ///< one voxel in so many may be a boundary sample
   double samples_weight = 1;           ///< makes a sum over sampled boundary voxels the sum at the paper's step of 0.01
 };
 

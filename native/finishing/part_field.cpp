@@ -161,22 +161,32 @@ struct Maker {
         });
   }
 
-  Grid<float> skin(int bone) const {
-    Grid<float> psi = grid_over(boxes[bone], lattice.outer.shape, kFar);
-    const float clamp = float(4 * segmentation.shape.step), half_gap = float(lattice.gap / 2);
+  /// Signed distance of a bone's side of its interfaces. Level sets are distances only roughly, the gap is to be exact.
+  Grid<float> side_of(int bone) const {
+    Grid<float> side = grid_over(boxes[bone], lattice.outer.shape, kFar);
+    const float clamp = float(4 * segmentation.shape.step);
     const Grid<float>& phi = segmentation.phi[bone];
-    std::vector<Segment> skeleton;
-    for (const Segment& s : skeletons[bone].capsules)
-      if ((s.b - s.a).norm() > 1e-9) skeleton.push_back(transformed(segmentation.frames[bone], s));
     for_each_sample(boxes[bone], [&](const Eigen::Vector3i& c, std::size_t n) {
       const std::size_t at = lattice.outer.shape.index(c);
       const bool own = nearest.bone[at] == bone;
       // A sample outside the level set's box is at least the margin away from the part.
       const float mine = own ? nearest.first[at] : phi.values.empty() ? clamp : value_in(phi, lattice.outer.shape.position(c), clamp);
-      const float others = own ? nearest.second[at] : nearest.first[at];
-      psi[n] = std::max((mine - others) / 2 + half_gap, lattice.outer[at]);
+      side[n] = (mine - (own ? nearest.second[at] : nearest.first[at])) / 2;
+    });
+    return redistanced(side);
+  }
+
+  Grid<float> skin(int bone) const {
+    Grid<float> psi = side_of(bone);
+    const float half_gap = float(lattice.gap / 2);
+    std::vector<Segment> skeleton;
+    for (const Segment& s : skeletons[bone].capsules)
+      if ((s.b - s.a).norm() > 1e-9) skeleton.push_back(transformed(segmentation.frames[bone], s));
+    for_each_sample(boxes[bone], [&](const Eigen::Vector3i& c, std::size_t n) {
+      const float outer = lattice.outer.at(c);
+      psi[n] = std::max(psi[n] + half_gap, outer);
       if (options.style == Style::kShell)
-        psi[n] = shelled(psi[n], lattice.outer[at], lattice.outer.shape.position(c), skeleton, options.wall);
+        psi[n] = shelled(psi[n], outer, lattice.outer.shape.position(c), skeleton, options.wall);
     });
     return psi;
   }

@@ -38,8 +38,10 @@ Segmentation grow(const Character& character, const Target& target, const Embedd
   progress(0, "placing the skeleton");
   const Skeleton skeleton = skeleton_on_lattice(character, target, embedding);
   Grown growth = grown(character, target, skeleton, options, progress);
+  for (std::size_t i : target.inside)   // also for a bone whose front was swallowed
+    if (skeleton.core[i] >= 0) growth.owner[i] = skeleton.core[i];
   const Surfaces surfaces(target);
-  surfaces.polish(growth.owner, growth.phi, {}, options.threads);
+  surfaces.polish(growth.owner, growth.phi, skeleton.core, {}, options.threads);
   const std::vector<std::int16_t> claimed = growth.owner;
   Segmentation result{target.distance.shape, std::move(growth.owner), std::move(growth.phi), skeleton.frames};
   make_tiling(target, skeleton.core, int(character.bones.size()), result.owner);

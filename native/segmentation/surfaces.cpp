@@ -204,7 +204,8 @@ void diffuse(const Target& target, const std::vector<char>& inside, const std::v
 
 Surfaces::Surfaces(const Target& target) : target_(target), inside_(inside_flags(target)), shell_(shell_of(target, inside_)) {}
 
-void Surfaces::polish(std::vector<std::int16_t>& owner, std::vector<Grid<float>>& phi, const std::vector<char>& where, int threads) const {
+void Surfaces::polish(std::vector<std::int16_t>& owner, std::vector<Grid<float>>& phi, const std::vector<std::int16_t>& core,
+                      const std::vector<char>& where, int threads) const {
   const GridShape& shape = target_.distance.shape;
   tbb::task_arena arena(arena_size(threads));
   arena.execute([&] { tbb::parallel_for(0, int(phi.size()), [&](int b) { diffuse(target_, inside_, where, phi[b]); }); });
@@ -214,7 +215,7 @@ void Surfaces::polish(std::vector<std::int16_t>& owner, std::vector<Grid<float>>
     const Eigen::Vector3i first = shape.nearest(phi[bone].shape.origin);
     for (std::size_t i = 0; i < phi[bone].values.size(); ++i) {
       const std::size_t g = shape.index(phi[bone].shape.cell(i) + first);
-      if (owner[g] < 0 || !(where.empty() || where[g]) || phi[bone][i] >= least[g]) continue;
+      if (owner[g] < 0 || core[g] >= 0 || !(where.empty() || where[g]) || phi[bone][i] >= least[g]) continue;
       least[g] = phi[bone][i];
       owner[g] = std::int16_t(bone);
     }
@@ -245,7 +246,7 @@ void Surfaces::retile(Segmentation& segmentation, const std::vector<std::int16_t
   const std::vector<char> where = changed(segmentation);
   if (std::find(where.begin(), where.end(), 1) == where.end()) return;
   settle(segmentation, {}, threads);
-  polish(segmentation.owner, segmentation.phi, where, threads);
+  polish(segmentation.owner, segmentation.phi, core, where, threads);
   make_tiling(target_, core, bones, segmentation.owner);
   settle(segmentation, {}, threads);
 }

@@ -21,9 +21,10 @@ class Surfaces {
   void settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads) const;
 
   /// Rounds off what is rough at the scale of single samples: a few steps of diffusion near each level set's zero, inside the
-  /// target only; then owned samples go to the least level set.
+  /// target only; then owned samples go to the least level set, but for those of the core, which stay as they are.
   /// @param where  flags of the samples that may change; empty: all
-  void polish(std::vector<std::int16_t>& owner, std::vector<Grid<float>>& phi, const std::vector<char>& where, int threads) const;
+  void polish(std::vector<std::int16_t>& owner, std::vector<Grid<float>>& phi, const std::vector<std::int16_t>& core,
+              const std::vector<char>& where, int threads) const;
 
   /// Samples within reach of one that its owner's level set does not hold: where owners were changed since phi was built.
   std::vector<char> changed(const Segmentation& segmentation) const;

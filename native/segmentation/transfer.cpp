@@ -19,7 +19,7 @@ namespace {
 using namespace segmentation_inner;
 
 constexpr double kNoCollision = 1e-4;   // of the target's volume
-constexpr double kWorth = 10;           // volume that may be moved to be rid of one unit of mean overlap
+constexpr double kWorth = 40;           // volume that may be moved to be rid of one unit of mean overlap
 constexpr int kPasses = 2;              // a joint's transfer may touch one that was settled before
 
 struct Candidate {

@@ -262,7 +262,8 @@ def _run_stage(name):
 
 
 def undo_while_it_runs_does_no_harm():
-    yield from start_design()
+    yield from start_design(ANSWERS_SLOWLY)
+    yield from at_work()
     with bpy.context.temp_override(window=driver.window()):
         bpy.ops.mesh.primitive_cube_add()
         bpy.context.object.name = "Extra"
@@ -270,6 +271,7 @@ def undo_while_it_runs_does_no_harm():
     yield from press("Z", ctrl=True)
     yield 0.5
     assert "Extra" not in names()
+    assert running() is not None and roles() == []
     yield from wait_for(lambda: running() is None, LONGEST_DESIGN_SECONDS, "the result")
     assert not last_error(), last_error()
     assert "rig" in roles()

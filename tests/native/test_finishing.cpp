@@ -228,6 +228,14 @@ TEST(Finish, HalvesFillTheTargetButForTheGapAtTheirInterface) {
   EXPECT_TRUE(parts.collisions.empty());
 }
 
+TEST(Finish, TheGapDoesNotDependOnTheLevelSetsSlope) {
+  Design d = halves();
+  const double even = total_volume(d.finished());
+  for (Grid<float>& phi : d.segmentation.phi)
+    for (float& v : phi.values) v *= 0.3f;
+  EXPECT_NEAR(total_volume(d.finished()), even, 1e-3 * even);
+}
+
 TEST(Finish, TheOuterSurfaceStaysWhereTheTargetsIs) {
   const Design d = halves();
   const Parts parts = d.finished();
@@ -371,7 +379,8 @@ TEST(Finish, MirroredHingesThatTurnAtOnceAreKeptApart) {
   const Parts parts = d.finished();
   ASSERT_EQ(parts.parts.size(), 3u);
   EXPECT_TRUE(parts.collisions.empty());
-  EXPECT_GE(parts.minimum_clearance, 0.5 * d.options.clearance);
+  // Distances are of first order, and the demanded gap is an eighth of the fine step here.
+  EXPECT_GE(parts.minimum_clearance, 0.25 * d.options.clearance);
   for (const Part& part : parts.parts) expect_good(part.mesh);
 }
 

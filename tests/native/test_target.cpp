@@ -1,5 +1,6 @@
 // The room `target`: dirty meshes become solids or clear errors, and distances are distances.
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <chrono>
 #include <cstdlib>
@@ -275,7 +276,7 @@ TEST(SignedDistance, of_a_ball_is_the_distance_to_its_faces_near_it_and_grows_be
       ASSERT_NEAR(grid[i], exact, 1e-6) << p.transpose();
     } else {
       ASSERT_GE(std::abs(grid[i]), 3.99 * h);
-      ASSERT_NEAR(grid[i], exact, 0.5 * h) << p.transpose();
+      ASSERT_NEAR(grid[i], exact, 0.5 * h + 0.03 * std::abs(exact)) << p.transpose();
     }
   }
 }
@@ -317,8 +318,10 @@ TEST(SignedDistance, on_a_grid_that_the_surface_does_not_reach_still_has_the_rig
 TEST(SignedDistance, of_a_large_grid_is_exact_near_the_surface_and_close_beyond) {
   const TriangleMesh mesh = ball(Vector3d::Zero(), 0.3, 40);
   const Grid<float> grid = signed_distance(mesh, grid_of(160, 0.5));  // large enough to be swept at every second sample
-  for (std::size_t i = 0; i < grid.values.size(); i += 101)
-    ASSERT_NEAR(grid[i], grid.shape.position(i).norm() - 0.3, 0.5 * grid.shape.step);
+  for (std::size_t i = 0; i < grid.values.size(); i += 101) {
+    const double exact = grid.shape.position(i).norm() - 0.3;
+    ASSERT_NEAR(grid[i], exact, std::abs(exact) > 3.9 * grid.shape.step ? 2 * grid.shape.step + 0.03 * std::abs(exact) : 0.1 * grid.shape.step);
+  }
 }
 
 TEST(SignedDistance, of_nothing_or_on_no_grid_is_an_error) {
@@ -343,8 +346,10 @@ TEST(Target, of_a_ball_has_its_volume_and_distances) {
   EXPECT_NEAR(h, kLongestSide / 64, 1e-12);
   EXPECT_NEAR(target.volume, 4 * std::numbers::pi / 3 * std::pow(0.25, 3), 0.005 * target.volume);
   EXPECT_NEAR(double(target.inside.size()) * h * h * h, target.volume, 0.01 * target.volume);
-  for (std::size_t i = 0; i < target.distance.values.size(); ++i)
-    ASSERT_NEAR(target.distance[i], target.distance.shape.position(i).norm() - 0.25, 0.5 * h);
+  for (std::size_t i = 0; i < target.distance.values.size(); ++i) {
+    const double exact = target.distance.shape.position(i).norm() - 0.25;
+    ASSERT_NEAR(target.distance[i], exact, 0.1 * h + (std::abs(exact) > 3.9 * h ? 0.4 * h + 0.03 * std::abs(exact) : 0));
+  }
 }
 
 TEST(Target, of_a_box_keeps_the_users_faces_in_their_place) {
@@ -421,16 +426,14 @@ TEST(Target, of_two_crossing_boxes_is_their_union) {
 
 TEST(Target, crossed_in_one_small_place_is_mended_there) {
   TriangleMesh mesh = ball(Vector3d::Zero(), 1, 24);
-  for (Vector3d& v : mesh.vertices)
-    if (v.normalized().dot(Vector3d(0.3, 0.2, 1).normalized()) > 0.9993) v *= -0.5;  // a spike through the far side
-  std::size_t moved = 0;
-  for (const Vector3d& v : mesh.vertices) moved += v.norm() < 0.6;
-  ASSERT_GE(moved, 1u);
-  for (Vector3d& v : mesh.vertices)
-    if (v.norm() < 0.6) v *= 3;
+  const Vector3i face = mesh.triangles[600];
+  std::swap(mesh.vertices[face[0]], mesh.vertices[face[1]]);
+  ASSERT_FALSE(crossing_faces(mesh).empty());
   const Target target = target_of(mesh);
   expect_sound(target);
-  EXPECT_NEAR(target.volume / std::pow(target.scale, 3), 4 * std::numbers::pi / 3, 0.1);
+  EXPECT_TRUE(target.exact_surface);
+  EXPECT_EQ(target.warnings.size(), 1u);
+  EXPECT_NEAR(target.volume / std::pow(target.scale, 3), 4 * std::numbers::pi / 3, 0.05);
 }
 
 TEST(Target, with_numbers_that_are_none_loses_only_those_faces) {
@@ -492,9 +495,11 @@ TEST(Target, is_the_same_at_any_size) {
   }
 }
 
-TEST(Target, is_the_same_each_time) {
+TEST(Target, is_the_same_each_time_with_any_number_of_threads) {
   const TriangleMesh mesh = turned(joined(box(Vector3d(-2, -1, -1), Vector3d(2, 1, 1)), ball(Vector3d(1, 1, 1), 1, 9)));
-  const Target a = target_of(mesh), b = target_of(mesh);
+  const Target a = target_of(mesh);
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  const Target b = target_of(mesh);
   EXPECT_EQ(a.mesh.vertices, b.mesh.vertices);
   EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
   EXPECT_EQ(a.distance.values, b.distance.values);

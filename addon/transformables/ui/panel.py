@@ -53,7 +53,7 @@ class StagePanel:
         if kept:
             self.draw_stored(context, layout)
             if not fingerprint.fits(context.scene, self.stage, kept):
-                labels(layout, context, "Out of date: something changed since. It will be made anew", "ERROR")
+                labels(layout, context, "Out of date: the inputs have changed", "ERROR")
         layout.operator(self.operator, icon="PLAY")
 
     def draw_settings(self, context, layout):
