@@ -31,7 +31,7 @@ void check(const Character& character, const Target& target, const EmbeddingOpti
   if (target.inside.empty()) throw InvalidInput("the target has no voxels inside: raise the resolution");
   if (options.runs < 1 || options.runs > 1000) throw InvalidInput("runs must lie between 1 and 1000");
   if (options.evaluations < 1) throw InvalidInput("evaluations must be at least 1");
-  if (options.threads < 0) throw InvalidInput("threads must be 0 (all cores) or more");
+  if (options.threads < 0 || options.threads > 1024) throw InvalidInput("threads must lie between 0 (all cores) and 1024");
   if (!(options.least_scale > 0) || !(options.least_scale <= 1) || !(options.largest_scale >= 1) || !(options.largest_scale <= 100))
     throw InvalidInput("bounds of the bones' scales must be: 0 < least <= 1 <= largest <= 100");
   const ObjectiveWeights& w = options.weights;

@@ -47,8 +47,8 @@ struct FoldingOptions {
   int threads = 0;                  ///< 0: all cores. The result does not depend on it.
   MoveCost cost = MoveCost::kSweptVolume;
   double tolerance_steps = 0.25;    ///< parts that tile touch everywhere: only what is deeper than this collides, in steps of the target's grid
-  int beam_width = 6;               ///< plan(): states kept for each number of open joints
-  int expansions = 6000;            ///< plan(): moves tried in all, at most; bounds the time without a clock
+  int beam_width = 24;              ///< plan(): states kept for each number of open joints
+  int expansions = 2000;            ///< plan(): moves tried in all, at most; bounds the time without a clock
 };
 
 /// The paper's greedy order: starting from S_O, each time the joint (or mirrored pair) whose unfolding all the way collides least (Eq. 11,

@@ -2,8 +2,6 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <cstdio>
-#include <ctime>
 #include <map>
 #include <optional>
 
@@ -190,17 +188,13 @@ std::optional<Plan> Planner::improved(const Plan& plan) {
 }
 
 Plan Planner::searched() {
-  auto T=[]{return double(clock())/CLOCKS_PER_SEC;}; double t0=T();
   Plan best = greedy();
-  fprintf(stderr,"greedy %.1f exp %ld t %.2f\n",best.cost,costs_.expansions(),T()-t0);
   if (best.cost == 0) return best;
   best = beam(best);
-  fprintf(stderr,"beam %.1f exp %ld t %.2f\n",best.cost,costs_.expansions(),T()-t0);
   while (best.cost > 0 && !spent()) {
     std::optional<Plan> next = improved(best);
     if (!next) break;
     best = std::move(*next);
-  fprintf(stderr,"next %.1f exp %ld t %.2f\n",best.cost,costs_.expansions(),T()-t0);
   }
   return best;
 }

@@ -138,6 +138,15 @@ def test_an_error_of_the_worker_is_told_and_leaves_the_scene_alone(scene):
     assert {obj.name for obj in bpy.data.objects} == before and _roles() == []
 
 
+def test_a_design_with_collisions_left_says_so_and_names_the_parts():
+    from transformables.ui import results
+    finishing = {"collisions": [{"bone_a": 2, "bone_b": 0}, {"bone_a": 0, "bone_b": 2}, {"bone_a": 1, "bone_b": 2}]}
+    result = {"until": "finishing", "character": {"bodies": ["hip", "arm", "leg"]}, "finishing": finishing}
+    assert results.collisions_left(result).startswith("Parts still collide on the way: arm with leg, hip with leg.")
+    finishing["collisions"] = []
+    assert results.collisions_left(result) == ""
+
+
 @pytest.mark.parametrize("seed, words", [(KILLED, "worker process ended"), (BAD_INPUT, "its range is empty")])
 def test_a_worker_that_fails_is_an_error_in_words_and_the_next_run_is_as_usual(scene, stand_in, seed, words):
     scene.transformables.embedding_stage.seed = seed

@@ -17,7 +17,7 @@ from transformables.core.options import DesignOptions
 
 built = os.path.isdir(job.native_dir()) and any(n.startswith("transformables_native") for n in os.listdir(job.native_dir()))
 pytestmark = pytest.mark.skipif(not built, reason="THE NATIVE MODULE IS NOT BUILT: no design was tried (run scripts/setup.sh)")
-OPTIONS = DesignOptions(resolution=24, size_mm=150.0)
+OPTIONS = DesignOptions(resolution=16)
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def finished(scene, options=OPTIONS, on_event=None, **more):
 
 
 def test_a_design_fills_the_target_and_folds_as_its_report_says(scene, tmp_path):
-    code = cli.run(["design", "--resolution", "24", "--output", str(tmp_path / "o.blend"), "--report", str(tmp_path / "o.json")])
+    code = cli.run(["design", "--resolution", "20", "--output", str(tmp_path / "o.blend"), "--report", str(tmp_path / "o.json")])
     report = json.loads((tmp_path / "o.json").read_text())
     assert code == (0 if report["certified"] else 3)
     assert report["filled_volume_pct"] > 80
@@ -66,7 +66,7 @@ def test_a_design_fills_the_target_and_folds_as_its_report_says(scene, tmp_path)
 
 
 def test_the_same_seed_gives_the_same_bytes_on_one_and_on_two_threads(scene):
-    results = [finished(scene, DesignOptions(resolution=24, threads=threads)) for threads in (1, 2)]
+    results = [finished(scene, DesignOptions(resolution=16, threads=threads)) for threads in (1, 2)]
     first, second = results
     assert first["arrays"] == second["arrays"]
     assert first["result"]["embedding"] == second["result"]["embedding"] and first["result"]["path"] == second["result"]["path"]
@@ -112,7 +112,7 @@ def test_cancel_works_at_every_stage_within_a_second(scene, stage):
             cancelled.append(time.monotonic())
             running.cancel()
 
-    event = finished(scene, DesignOptions(resolution=48), on_event=cancel)
+    event = finished(scene, DesignOptions(resolution=32), on_event=cancel)
     assert event["kind"] == "error" and event["type"] == "Cancelled"
     assert time.monotonic() - cancelled[0] < 1.0
 

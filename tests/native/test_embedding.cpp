@@ -1,8 +1,11 @@
 // Room embedding: the terms of the objective on cases with known answers, the optimiser on the standard functions.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <new>
 #include <queue>
 #include <thread>
 
@@ -11,6 +14,19 @@
 #include "embedding/embedding.h"
 #include "embedding/evaluator.h"
 #include "embedding/unknowns.h"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+// Counted, for the promise that an evaluation allocates nothing.
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 
 namespace transformables {
 namespace {
@@ -289,6 +305,19 @@ TEST(Objective, ASkeletonFarFromTheTargetCostsMoreTheFartherItIs) {
   EXPECT_GT(near.compact, 0);
   EXPECT_GT(far.compact, near.compact);
   EXPECT_GT(far.protrude, near.protrude);
+}
+
+TEST(Objective, AllocatesNothingInAnEvaluation) {
+  const Target target = box_target({0.25, 0.2, 0.15}, 32);
+  const Character character = armed();
+  Objective objective(character, target, {});
+  Random random(8);
+  std::vector<Pose> poses;
+  for (int k = 0; k < 20; ++k) poses.push_back(random_pose(character, random, k < 10 ? 0.05 : 1));
+  const Morphology scales = unscaled(character);
+  const long before = allocations;
+  for (const Pose& pose : poses) objective(pose, scales);
+  EXPECT_EQ(allocations - before, 0);
 }
 
 TEST(Objective, RefusesATargetWithoutInsideAndACharacterWithoutBones) {

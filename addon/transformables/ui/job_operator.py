@@ -165,9 +165,10 @@ class JobOperator:
         with context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
             _leave_edit_mode(bpy.context)
             summary = results.keep(bpy.context, running, event["result"], event["arrays"], character, target, options_of(scene))
-        session.last.warnings = list(running.warnings)
+        collisions = results.collisions_left(event["result"])
+        session.last.warnings = ([collisions] if collisions else []) + running.warnings
         session.last.summary = summary
-        self.report({"INFO"}, summary)
+        self.report({"WARNING" if collisions else "INFO"}, summary)
 
     def _tell_error(self, text):
         session.last.error = text

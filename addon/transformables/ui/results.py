@@ -6,6 +6,7 @@ import json
 from . import fingerprint, overlays, session
 
 STORES = {"embedding": "embedding_stage", "path": "folding_stage"}  # what `gather` takes, and where it is kept
+PAIRS_LISTED = 4
 STAGE_OF = {"embedding": "embedding", "path": "folding"}
 
 
@@ -56,6 +57,17 @@ def _shares(result):
             for part in parts}
 
 
+def collisions_left(result):
+    """In words, which parts still collide in a finished design; empty when none do."""
+    if result["until"] != "finishing":
+        return ""
+    bodies = result["character"]["bodies"]
+    pairs = sorted({tuple(sorted((bodies[c["bone_a"]], bodies[c["bone_b"]]))) for c in result["finishing"]["collisions"]})
+    listed = ", ".join(f"{a} with {b}" for a, b in pairs[:PAIRS_LISTED])
+    more = f" and {len(pairs) - PAIRS_LISTED} more pairs" if len(pairs) > PAIRS_LISTED else ""
+    return f"Parts still collide on the way: {listed}{more}. Try another seed" if pairs else ""
+
+
 def _summary(result):
     seconds = f"{result['seconds']['total']:.0f} s"
     if result["until"] == "embedding":
@@ -65,9 +77,8 @@ def _summary(result):
     if result["until"] == "folding":
         left = len(result["path"]["collisions"])
         return f"Fold of {len(result['path']['moves'])} moves planned in {seconds}" + (f"; {left} collisions to carve" if left else "")
-    left = len(result["finishing"]["collisions"])
     made = f"Design of {len(result['finishing']['parts'])} parts made in {seconds}"
-    return f"{made}, but {left} collisions are left" if left else f"{made}; it folds without collision"
+    return f"{made}, but parts still collide" if collisions_left(result) else f"{made}; no collision was found"
 
 
 def show_pose(event):

@@ -102,5 +102,5 @@ def line():
         return ""
     stage = running.stage or "starting"
     place = f" ({STAGES.index(stage) + 1} of {len(STAGES)})" if stage in STAGES else ""
-    note = f": {running.note}" if running.note else ""
+    note = f": {running.note}" if running.note and running.note != running.stage else ""
     return f"{stage.capitalize()}{place}{note}"
