@@ -45,7 +45,8 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser():
-    parser = _Parser(prog="transformables", allow_abbrev=False, description="Designs transformables: characters that fold up into an object.")
+    parser = _Parser(prog="transformables", allow_abbrev=False,
+                     description="Designs transformables: characters that fold up into an object.")
     design = parser.add_subparsers(dest="command", required=True, parser_class=_Parser).add_parser(
         "design", allow_abbrev=False, help="design a transformable from an armature and a mesh of the open file")
     add = design.add_argument

@@ -163,6 +163,17 @@ Move Costs::move(const Edge& edge) const {
   return result;
 }
 
+std::optional<Step> Costs::step_of(const Move& move) const {
+  for (std::size_t u = 0; u < units_.size(); ++u)
+    for (std::size_t level = 0; level < units_[u].levels.size(); ++level) {
+      bool fits = move.turns.size() == units_[u].angles.size();
+      for (std::size_t i = 0; fits && i < move.turns.size(); ++i)
+        fits = move.turns[i].angle == units_[u].angles[i] && move.turns[i].to_rad == units_[u].levels[level][i];
+      if (fits) return Step{int(u), int(level)};
+    }
+  return {};
+}
+
 std::size_t swept_both_ways(const Parts& parts, const SampledMove& move, int a, int b, float tolerance) {
   const PairMotion motion = move.pair(a, b);
   const std::size_t a_in_b = swept_samples(parts.samples[a], parts.fields[b], motion, tolerance);

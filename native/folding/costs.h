@@ -1,6 +1,7 @@
 // What each move costs from each state, remembered: the graph that planning searches.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -40,6 +41,8 @@ class Costs {
   std::vector<double> of(const std::vector<Edge>& edges);
   Eigen::VectorXd angles(const State& state) const;
   Move move(const Edge& edge) const;
+  /// The unit and level that a move leads to, when there are such.
+  std::optional<Step> step_of(const Move& move) const;
   /// Edges whose cost was not known before, in all.
   long expansions() const { return expansions_; }
 

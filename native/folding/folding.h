@@ -49,6 +49,7 @@ struct FoldingOptions {
   double tolerance_steps = 0.25;    ///< parts that tile touch everywhere: only what is deeper than this collides, in steps of the target's grid
   int beam_width = 24;              ///< plan(): states kept for each number of open joints
   int expansions = 2000;            ///< plan(): moves tried in all, at most; bounds the time without a clock
+  int rounds = 5;                   ///< fold(): of planning and transfer
 };
 
 /// The paper's greedy order: starting from S_O, each time the joint (or mirrored pair) whose unfolding all the way collides least (Eq. 11,
@@ -58,9 +59,11 @@ FoldPath plan_greedy(const Segmentation& segmentation, const Character& characte
 
 /// Greedy's order made better: a beam search over the orders, then moves taken earlier or later and joints turned half-way or aside,
 /// within their limits, where that lets another pass. Never costs more than plan_greedy with the same options; the same
-/// result for any number of threads. @throws InvalidInput, Cancelled
+/// result for any number of threads.
+/// @param start  a path found earlier for the same embedding, by the same options: the result is not worse than that, either
+/// @throws InvalidInput, Cancelled
 FoldPath plan(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
-              const FoldingOptions& options, const Progress& progress);
+              const FoldingOptions& options, const Progress& progress, const FoldPath* start = nullptr);
 
 /// `path` with its collisions and overlap measured on a segmentation. @throws InvalidInput
 FoldPath measured(const FoldPath& path, const Segmentation& segmentation, const Character& character, const Target& target,
@@ -84,6 +87,19 @@ struct TransferAlongResult {
 Segmentation transfer_along(const Segmentation& segmentation, const Character& character, const Target& target,
                             const Embedding& embedding, const FoldPath& path, const FoldingOptions& options, const Progress& progress,
                             TransferAlongResult* result = nullptr);
+
+/// A path and the segmentation that goes with it.
+struct Folding {
+  FoldPath path;
+  Segmentation segmentation;
+  double carving_before = 0, carving_after = 0;   ///< what carving would take, rehearsed on samples, cubic target units
+  std::vector<std::size_t> yielding;              ///< see TransferAlongResult
+};
+
+/// Plans and transfers in turn, as each makes room for the other, `rounds` times at most; the best that was met.
+/// @throws InvalidInput, Cancelled
+Folding fold(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+             const FoldingOptions& options, const Progress& progress);
 
 /// All sampled configurations of a path, folded first, as angle vectors; the angles of neighbours differ by at most `largest_step_rad`.
 struct PathSamples {

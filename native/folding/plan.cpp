@@ -21,8 +21,8 @@ struct Plan {
 
 class Planner {
  public:
-  Planner(const Design& design, const FoldingOptions& options, const Progress& progress)
-      : design_(design), options_(options), progress_(progress), costs_(design, options) {
+  Planner(const Design& design, const FoldingOptions& options, const Progress& progress, const FoldPath* start)
+      : design_(design), options_(options), progress_(progress), start_(start), costs_(design, options) {
     for (const Unit& unit : costs_.units()) least_moves_ += unit.must_open;
   }
 
@@ -34,6 +34,7 @@ class Planner {
   State folded() const { return State(costs_.units().size(), std::uint8_t(Unit::kFolded)); }
   std::vector<Step> openings(const State& state) const;
   Plan beam(const Plan& bound);
+  std::optional<Plan> started();
   std::optional<Plan> improved(const Plan& plan);
   std::vector<std::vector<Step>> neighbours(const Plan& plan, std::size_t k) const;
   std::vector<double> step_costs(const std::vector<Step>& steps);
@@ -44,6 +45,7 @@ class Planner {
   const Design& design_;
   const FoldingOptions& options_;
   const Progress& progress_;
+  const FoldPath* start_;
   Costs costs_;
   std::size_t least_moves_ = 0;
 };
@@ -71,12 +73,26 @@ Plan Planner::greedy() {
   return plan;
 }
 
+/// The path that was given to start from, when each of its moves takes a unit from one of its levels to another.
+std::optional<Plan> Planner::started() {
+  if (!start_) return {};
+  std::vector<Step> steps;
+  for (const Move& move : start_->moves) {
+    const std::optional<Step> step = costs_.step_of(move);
+    if (!step) return {};
+    steps.push_back(*step);
+  }
+  State state = folded();
+  for (const Step& step : steps) state[step.unit] = std::uint8_t(step.level);
+  return openings(state).empty() ? std::optional(priced(std::move(steps))) : std::nullopt;
+}
+
 /// Keeps the best few ways to every number of open joints; orders that reach the same state are one.
 Plan Planner::beam(const Plan& bound) {
   std::vector<std::pair<State, Plan>> kept{{folded(), {}}};
   for (std::size_t open = 0; open < least_moves_; ++open) {
     tell(0.3 + 0.3 * double(open) / double(least_moves_), "folding order");
-    if (spent()) return bound;
+    if (spent()) kept.resize(1);  // the budget is for width, not for reaching the end
     std::vector<Edge> edges;
     std::vector<std::size_t> parent;
     for (std::size_t k = 0; k < kept.size(); ++k)
@@ -191,6 +207,7 @@ Plan Planner::searched() {
   Plan best = greedy();
   if (best.cost == 0) return best;
   best = beam(best);
+  if (const std::optional<Plan> given = started(); given && given->cost < best.cost) best = *given;
   while (best.cost > 0 && !spent()) {
     std::optional<Plan> next = improved(best);
     if (!next) break;
@@ -209,12 +226,14 @@ FoldPath Planner::path_of(const Plan& plan) const {
   return path;
 }
 
-FoldPath planned(const Design& design, const FoldingOptions& options, const Progress& progress, Plan (Planner::*search)()) {
+FoldPath planned(const Design& design, const FoldingOptions& options, const Progress& progress, const FoldPath* start,
+                 Plan (Planner::*search)()) {
   check(design, options);
+  if (start) check(*start, design.embedding.pose.angles);
   FoldPath path;
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
   arena.execute([&] {
-    Planner planner(design, options, progress);
+    Planner planner(design, options, progress, start);
     path = planner.path_of((planner.*search)());
   });
   return measured(path, design.segmentation, design.character, design.target, design.embedding, options);
@@ -225,12 +244,12 @@ FoldPath planned(const Design& design, const FoldingOptions& options, const Prog
 
 FoldPath plan_greedy(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
                      const FoldingOptions& options, const Progress& progress) {
-  return folding::planned({character, segmentation, target, embedding}, options, progress, &folding::Planner::greedy);
+  return folding::planned({character, segmentation, target, embedding}, options, progress, nullptr, &folding::Planner::greedy);
 }
 
 FoldPath plan(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
-              const FoldingOptions& options, const Progress& progress) {
-  return folding::planned({character, segmentation, target, embedding}, options, progress, &folding::Planner::searched);
+              const FoldingOptions& options, const Progress& progress, const FoldPath* start) {
+  return folding::planned({character, segmentation, target, embedding}, options, progress, start, &folding::Planner::searched);
 }
 
 }  // namespace transformables

@@ -52,4 +52,27 @@ Segmentation transfer_along(const Segmentation& segmentation, const Character& c
   return changed;
 }
 
+Folding fold(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+             const FoldingOptions& options, const Progress& progress) {
+  if (options.rounds < 1) throw InvalidInput("folding: rounds must be at least 1");
+  Folding best;
+  Segmentation current = segmentation;
+  FoldPath path = plan(current, character, target, embedding, options, progress);
+  for (int round = 0; round < options.rounds; ++round) {
+    const Progress part{[&](double fraction, std::string_view note) {
+      return !progress.tell || progress.tell((round + fraction) / options.rounds, note);
+    }};
+    TransferAlongResult result;
+    Segmentation changed = transfer_along(current, character, target, embedding, path, options, part, &result);
+    if (round == 0) best = {path, segmentation, result.colliding_before, result.colliding_before, {}};
+    if (result.colliding_after < best.carving_after)
+      best = {path, changed, best.carving_before, result.colliding_after, std::move(result.yielding)};
+    current = std::move(changed);
+    if (best.carving_after == 0 || round + 1 == options.rounds) break;
+    path = plan(current, character, target, embedding, options, part, &path);
+  }
+  best.path = measured(best.path, best.segmentation, character, target, embedding, options);
+  return best;
+}
+
 }  // namespace transformables

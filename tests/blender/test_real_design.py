@@ -112,7 +112,7 @@ def test_cancel_works_at_every_stage_within_a_second(scene, stage):
             cancelled.append(time.monotonic())
             running.cancel()
 
-    event = finished(scene, DesignOptions(resolution=32), on_event=cancel)
+    event = finished(scene, on_event=cancel)
     assert event["kind"] == "error" and event["type"] == "Cancelled"
     assert time.monotonic() - cancelled[0] < 1.0
 

@@ -19,14 +19,14 @@ namespace {
 std::atomic<long> allocations{0};
 }
 
-// Counted, for the promise that an evaluation allocates nothing.
-void* operator new(std::size_t size) {
+// Counted, for the promise that an evaluation allocates nothing. Not inlined: GCC would take malloc and delete for a mismatch.
+[[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   if (void* p = std::malloc(size)) return p;
   throw std::bad_alloc();
 }
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 
 namespace transformables {
 namespace {

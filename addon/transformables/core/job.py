@@ -7,6 +7,7 @@ Events that `poll` gives, in order:
     {"kind": "warning", "text"}
     {"kind": "result", "result": dict, "arrays": {name: (typecode, bytes)}}        the last one
     {"kind": "error", "type", "text", "details" (sometimes)}                      or this is the last one
+After `cancel` the last event is always an error of type Cancelled.
 An error's type is Cancelled, InvalidInput, Infeasible, OutOfMemory, WorkerDied, NoWorker, or a fault's class name.
 """
 from collections import deque
@@ -185,8 +186,6 @@ class Job:
         elif kind == "result":
             self._end({**message, "arrays": arrays})
         elif kind == "error":
-            if message.get("type") == "Cancelled":
-                message = _error("Cancelled", f"cancelled; {UNCHANGED}")
             self._end(message)
         elif self._state == "working":
             self._events.append(message)
@@ -215,6 +214,9 @@ class Job:
                             "Try a lower resolution"), "details": self._stderr})
 
     def _end(self, event):
+        # What crossed the cancel on its way, a result or a worker's death, is not wanted any more.
+        if self._cancel_at is not None or event.get("type") == "Cancelled":
+            event = _error("Cancelled", f"cancelled; {UNCHANGED}")
         self._events.append(event)
         self._state = "done"
         self._to_write.clear()
