@@ -48,18 +48,25 @@ void bind_folding(py::module_& m) {
       .def_property_readonly("collisions", [](const FoldPath& p) { return collision_dicts(p.collisions); })
       .def_readonly("overlap_volume", &FoldPath::overlap_volume);
 
+  py::class_<Folding>(m, "Folding")
+      .def_readonly("path", &Folding::path)
+      .def_readonly("segmentation", &Folding::segmentation)
+      .def_readonly("carving_before", &Folding::carving_before)
+      .def_readonly("carving_after", &Folding::carving_after);
+
   m.def(
-      "plan",
+      "fold",
       [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding, int threads,
          const py::object& progress) {
         FoldingOptions options;
         options.threads = threads;
         const Progress tell = progress_from(progress);
         py::gil_scoped_release release;
-        return plan_greedy(segmentation, character, target, embedding, options, tell);
+        return fold(segmentation, character, target, embedding, options, tell);
       },
       py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(), py::arg("threads") = 0,
-      py::arg("progress") = py::none(), "The order in which the joints unfold. Raises InvalidInput, Cancelled.");
+      py::arg("progress") = py::none(),
+      "The order in which the joints unfold, and the segmentation made to go with it. Raises InvalidInput, Cancelled.");
 
   m.def(
       "transfer_along",

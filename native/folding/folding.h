@@ -48,7 +48,7 @@ struct FoldingOptions {
   MoveCost cost = MoveCost::kSweptVolume;
   double tolerance_steps = 0.25;    ///< parts that tile touch everywhere: only what is deeper than this collides, in steps of the target's grid
   int beam_width = 24;              ///< plan(): states kept for each number of open joints
-  int expansions = 2000;            ///< plan(): moves tried in all, at most; bounds the time without a clock
+  int expansions = 3000;            ///< plan(): moves tried in all, at most; bounds the time without a clock
   int rounds = 5;                   ///< fold(): of planning and transfer
 };
 

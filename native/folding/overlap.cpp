@@ -9,7 +9,6 @@
 namespace transformables::folding {
 namespace {
 
-constexpr int kMargin = 2;       // samples around a part's box in its field
 constexpr int kBrick = 4;        // samples along a brick's edge
 constexpr float kFar = 1e12f;
 
@@ -75,8 +74,8 @@ PartField::PartField(const std::vector<std::int16_t>& owner, const GridShape& sh
       for (int i = 0; i < shape.size.x(); ++i, ++sample)
         if (owner[sample] == bone) box.extend(Eigen::Vector3i(i, j, k));
   if (box.isEmpty()) return;
-  low_ = box.min() - Eigen::Vector3i::Constant(kMargin);
-  size_ = box.max() + Eigen::Vector3i::Constant(kMargin + 1) - low_;
+  low_ = box.min() - Eigen::Vector3i::Constant(PartField::kMargin);
+  size_ = box.max() + Eigen::Vector3i::Constant(PartField::kMargin + 1) - low_;
   const std::size_t count = std::size_t(size_.x()) * size_.y() * size_.z();
   std::vector<float> outside(count, 0.0f);
   values_.assign(count, kFar);
@@ -85,33 +84,13 @@ PartField::PartField(const std::vector<std::int16_t>& owner, const GridShape& sh
       for (int i = 0; i < box.sizes().x() + 1; ++i) {
         const Eigen::Vector3i c = box.min() + Eigen::Vector3i(i, j, k);
         if (owner[shape.index(c)] != bone) continue;
-        const std::size_t at = (std::size_t(k + kMargin) * size_.y() + j + kMargin) * size_.x() + i + kMargin;
+        const std::size_t at = (std::size_t(k + PartField::kMargin) * size_.y() + j + PartField::kMargin) * size_.x() + i + PartField::kMargin;
         values_[at] = 0, outside[at] = kFar;
       }
   squared_distances(values_, size_);
   squared_distances(outside, size_);
   for (std::size_t i = 0; i < count; ++i)
     values_[i] = values_[i] > 0 ? std::sqrt(values_[i]) - 0.5f : 0.5f - std::sqrt(outside[i]);
-}
-
-float PartField::at(const Eigen::Vector3f& p) const {
-  if (values_.empty()) return std::numeric_limits<float>::max();
-  const Eigen::Vector3f q = p - low_.cast<float>();
-  const Eigen::Vector3f c = q.cwiseMax(0.0f).cwiseMin((size_.array() - 1).cast<float>().matrix());
-  const int i = std::min(int(c.x()), size_.x() - 2), j = std::min(int(c.y()), size_.y() - 2), k = std::min(int(c.z()), size_.z() - 2);
-  const float x = c.x() - float(i), y = c.y() - float(j), z = c.z() - float(k);
-  const std::size_t dy = size_.x(), dz = dy * size_.y();
-  const float* v = values_.data() + (std::size_t(k) * dz + std::size_t(j) * dy + i);
-  const auto mix = [](float a, float b, float w) { return a + (b - a) * w; };
-  const float inner = mix(mix(mix(v[0], v[1], x), mix(v[dy], v[dy + 1], x), y),
-                          mix(mix(v[dz], v[dz + 1], x), mix(v[dz + dy], v[dz + dy + 1], x), y), z);
-  const float out2 = (q - c).squaredNorm();
-  if (out2 <= 0) return inner;
-  // The box is convex and holds the part, so the squared distances to the box and from there to the part add up; the box of the
-  // part's samples alone gives another bound.
-  const Eigen::Vector3f margin = Eigen::Vector3f::Constant(kMargin);
-  const Eigen::Vector3f tight = q.cwiseMax(margin).cwiseMin((size_.array() - 1).cast<float>().matrix() - margin);
-  return std::max(std::sqrt(out2 + inner * inner), (q - tight).norm() - 0.5f);
 }
 
 PartSamples::PartSamples(const std::vector<std::int16_t>& owner, const GridShape& shape, const std::vector<std::size_t>& inside,

@@ -6,7 +6,10 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "common/grid.h"
@@ -40,10 +43,32 @@ class PartField {
   template <class Function>
   void refine(const GridShape& shape, const Function& value);
 
+  static constexpr int kMargin = 2;  ///< samples around a part's box in its field
+
  private:
   Eigen::Vector3i low_ = Eigen::Vector3i::Zero(), size_ = Eigen::Vector3i::Zero();
   std::vector<float> values_;
 };
+
+inline float PartField::at(const Eigen::Vector3f& p) const {
+  if (values_.empty()) return std::numeric_limits<float>::max();
+  const Eigen::Vector3f q = p - low_.cast<float>();
+  const Eigen::Vector3f c = q.cwiseMax(0.0f).cwiseMin((size_.array() - 1).cast<float>().matrix());
+  const int i = std::min(int(c.x()), size_.x() - 2), j = std::min(int(c.y()), size_.y() - 2), k = std::min(int(c.z()), size_.z() - 2);
+  const float x = c.x() - float(i), y = c.y() - float(j), z = c.z() - float(k);
+  const std::size_t dy = size_.x(), dz = dy * size_.y();
+  const float* v = values_.data() + (std::size_t(k) * dz + std::size_t(j) * dy + i);
+  const auto mix = [](float a, float b, float w) { return a + (b - a) * w; };
+  const float inner = mix(mix(mix(v[0], v[1], x), mix(v[dy], v[dy + 1], x), y),
+                          mix(mix(v[dz], v[dz + 1], x), mix(v[dz + dy], v[dz + dy + 1], x), y), z);
+  const float out2 = (q - c).squaredNorm();
+  if (out2 <= 0) return inner;
+  // The box is convex and holds the part, so the squared distances to the box and from there to the part add up; the box of the
+  // part's samples alone gives another bound.
+  const Eigen::Vector3f margin = Eigen::Vector3f::Constant(kMargin);
+  const Eigen::Vector3f tight = q.cwiseMax(margin).cwiseMin((size_.array() - 1).cast<float>().matrix() - margin);
+  return std::max(std::sqrt(out2 + inner * inner), (q - tight).norm() - 0.5f);
+}
 
 template <class Function>
 void PartField::refine(const GridShape& shape, const Function& value) {

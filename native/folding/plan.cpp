@@ -89,6 +89,9 @@ std::optional<Plan> Planner::started() {
 
 /// Keeps the best few ways to every number of open joints; orders that reach the same state are one.
 Plan Planner::beam(const Plan& bound) {
+  // As wide as two thirds of the budget allow: a way to the end tries about n^2 / 2 moves.
+  const double affordable = options_.expansions * (2.0 / 3) / (0.5 * double(least_moves_ * (least_moves_ + 1)));
+  const std::size_t width = std::size_t(std::clamp(affordable, 1.0, double(options_.beam_width)));
   std::vector<std::pair<State, Plan>> kept{{folded(), {}}};
   for (std::size_t open = 0; open < least_moves_; ++open) {
     tell(0.3 + 0.3 * double(open) / double(least_moves_), "folding order");
@@ -112,7 +115,7 @@ Plan Planner::beam(const Plan& bound) {
     kept.assign(reached.begin(), reached.end());
     std::stable_sort(kept.begin(), kept.end(), [](const auto& x, const auto& y) { return x.second.cost < y.second.cost; });
     if (kept.empty()) return bound;
-    if (kept.size() > std::size_t(options_.beam_width)) kept.resize(std::size_t(options_.beam_width));
+    if (kept.size() > width) kept.resize(width);
   }
   return kept.front().second;
 }

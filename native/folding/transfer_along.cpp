@@ -58,6 +58,8 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
   Folding best;
   Segmentation current = segmentation;
   FoldPath path = plan(current, character, target, embedding, options, progress);
+  FoldingOptions again = options;  // later plans start from the last one and need less
+  again.expansions = options.expansions / 2;
   for (int round = 0; round < options.rounds; ++round) {
     const Progress part{[&](double fraction, std::string_view note) {
       return !progress.tell || progress.tell((round + fraction) / options.rounds, note);
@@ -69,7 +71,7 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
       best = {path, changed, best.carving_before, result.colliding_after, std::move(result.yielding)};
     current = std::move(changed);
     if (best.carving_after == 0 || round + 1 == options.rounds) break;
-    path = plan(current, character, target, embedding, options, part, &path);
+    path = plan(current, character, target, embedding, again, part, &path);
   }
   best.path = measured(best.path, best.segmentation, character, target, embedding, options);
   return best;

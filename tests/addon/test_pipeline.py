@@ -10,7 +10,7 @@ from jobs import STAND_IN, two_bones
 from transformables.core import pipeline
 from transformables.core.options import UserError
 
-ALL = ["make_character", "make_target", "fitted", "embed", "grow", "transfer", "plan", "transfer_along", "finish"]
+ALL = ["make_character", "make_target", "fitted", "embed", "grow", "transfer", "fold", "finish"]
 
 
 class Ears:
@@ -51,7 +51,7 @@ def test_rooms_follow_each_other_and_every_stage_is_timed(native):
 
 
 @pytest.mark.parametrize("until, calls", [
-    ("embedding", ALL[:4]), ("segmentation", ALL[:6] + ["finish"]), ("folding", ALL[:8] + ["finish"])])
+    ("embedding", ALL[:4]), ("segmentation", ALL[:6] + ["finish"]), ("folding", ALL[:7] + ["finish"])])
 def test_a_job_ends_where_it_is_told_to_and_shows_parts_as_soon_as_there_are_any(native, until, calls):
     result, _ = pipeline.run(*two_bones(until=until), Ears())
     assert native.calls == calls
@@ -64,7 +64,7 @@ def test_what_is_stored_is_not_searched_again(native):
     native.calls.clear()
     message, arrays = two_bones(stored={"embedding": first["embedding"], "path": first["path"]})
     second, _ = pipeline.run(message, arrays, Ears())
-    assert "embed" not in native.calls and "plan" not in native.calls
+    assert "embed" not in native.calls and "fold" not in native.calls
     assert second["embedding"] == first["embedding"] and second["path"]["moves"] == first["path"]["moves"]
 
 

@@ -75,10 +75,17 @@ def test_the_same_seed_gives_the_same_bytes_on_one_and_on_two_threads(scene):
 def test_stages_can_be_run_one_by_one(scene):
     pose = finished(scene, until="embedding")["result"]["embedding"]
     folded = finished(scene, until="folding", stored={"embedding": pose})["result"]
-    event = finished(scene, stored={"embedding": pose, "path": folded["path"]})
+    event = finished(scene, stored={"embedding": pose})
     whole = finished(scene)
     assert event["result"]["path"]["moves"] == whole["result"]["path"]["moves"] == folded["path"]["moves"]
     assert event["arrays"] == whole["arrays"]
+
+
+def test_a_given_path_is_followed_to_the_letter(scene):
+    folded = finished(scene, until="folding")["result"]
+    moves = folded["path"]["moves"][::-1] if len(folded["path"]["moves"]) > 1 else folded["path"]["moves"]
+    event = finished(scene, stored={"embedding": folded["embedding"], "path": {**folded["path"], "moves": moves}})
+    assert event["kind"] == "result" and event["result"]["path"]["moves"] == moves
 
 
 def test_vertices_that_are_no_numbers_are_dropped_and_told_or_refused_in_a_line(scene):

@@ -135,10 +135,11 @@ class _Run:
         if stored:
             self._check_stored_path(stored["moves"])
             self.path = self.tn.FoldPath(moves=[[tuple(turn) for turn in turns] for turns in stored["moves"]])
+            self.segmentation = self.tn.transfer_along(*rooms, self.path, threads=self.options.threads,
+                                                       progress=self._progress("folding"))
         else:
-            self.path = self.tn.plan(*rooms, threads=self.options.threads, progress=self._progress("folding", 0.0, 0.6))
-        self.segmentation = self.tn.transfer_along(*rooms, self.path, threads=self.options.threads,
-                                                   progress=self._progress("folding", 0.6, 1.0))
+            folding = self.tn.fold(*rooms, threads=self.options.threads, progress=self._progress("folding"))
+            self.path, self.segmentation = folding.path, folding.segmentation
 
     def _check_stored_path(self, moves):
         try:

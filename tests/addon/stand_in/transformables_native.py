@@ -110,7 +110,7 @@ def grow(character, target, embedding, *, threads=0, progress=None):
     return SimpleNamespace(volumes=[0.01] * len(character.names))
 
 
-def transfer(segmentation, character, target, embedding, *, path=None, threads=0, progress=None):
+def transfer(segmentation, character, target, embedding, *, ranges="straight", threads=0, progress=None):
     calls.append("transfer")
     return segmentation
 
@@ -120,9 +120,10 @@ class FoldPath:
         self.moves, self.overlap_volume, self.collisions = moves, 0.0, []
 
 
-def plan(segmentation, character, target, embedding, *, threads=0, progress=None):
-    calls.append("plan")
-    return FoldPath(moves=[[(i, angle, 0.0)] for i, angle in enumerate(embedding.angles)])
+def fold(segmentation, character, target, embedding, *, threads=0, progress=None):
+    calls.append("fold")
+    path = FoldPath(moves=[[(i, angle, 0.0)] for i, angle in enumerate(embedding.angles)])
+    return SimpleNamespace(path=path, segmentation=segmentation, carving_before=0.0, carving_after=0.0)
 
 
 def transfer_along(segmentation, character, target, embedding, path, *, threads=0, progress=None):

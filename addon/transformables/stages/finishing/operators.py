@@ -20,7 +20,7 @@ class TRANSFORMABLES_OT_finish(JobOperator, bpy.types.Operator):
     bl_label = "Make Parts and Rig"
     bl_options = {"UNDO"}
     until = "finishing"
-    uses_stored = ("embedding", "path")
+    uses_stored = ("embedding",)  # the path and the parts made to go with it are found again: seconds, and the same
 
 
 CLASSES = (TRANSFORMABLES_OT_design, TRANSFORMABLES_OT_finish)
