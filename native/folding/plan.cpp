@@ -36,6 +36,7 @@ class Planner {
   Plan beam(const Plan& bound);
   std::optional<Plan> started();
   std::optional<Plan> improved(const Plan& plan);
+  bool arrives(const std::vector<Step>& steps) const;
   std::vector<std::vector<Step>> neighbours(const Plan& plan, std::size_t k) const;
   std::vector<double> step_costs(const std::vector<Step>& steps);
   Plan priced(std::vector<Step> steps);
@@ -150,12 +151,25 @@ std::vector<Step> tidied(const std::vector<Step>& steps, std::size_t units) {
   return result;
 }
 
+/// Whether the steps end in character mode: moving steps about can leave a joint where it only meant to stop on the way.
+bool Planner::arrives(const std::vector<Step>& steps) const {
+  State state = folded();
+  for (const Step& step : steps) state[step.unit] = std::uint8_t(step.level);
+  for (std::size_t u = 0; u < state.size(); ++u) {
+    if (costs_.units()[u].must_open ? state[u] != Unit::kOpen : state[u] != Unit::kFolded && state[u] != Unit::kOpen) return false;
+  }
+  return true;
+}
+
 /// Plans that differ in what happens about step k: it comes elsewhere; another comes just before or after it; another joint stands aside
 /// while it passes; it stops half-way until the end, or until after some other.
 std::vector<std::vector<Step>> Planner::neighbours(const Plan& plan, std::size_t k) const {
   std::vector<std::vector<Step>> result;
   const auto& steps = plan.steps;
-  const auto keep = [&](const std::vector<Step>& changed) { result.push_back(tidied(changed, costs_.units().size())); };
+  const auto keep = [&](const std::vector<Step>& changed) {
+    std::vector<Step> tidy = tidied(changed, costs_.units().size());
+    if (arrives(tidy)) result.push_back(std::move(tidy));
+  };
   const auto relocated = [&](std::size_t from, std::size_t to) {
     std::vector<Step> changed = steps;
     changed.erase(changed.begin() + long(from));

@@ -21,19 +21,23 @@ Segmentation transferred(const Design& design, const FoldPath& path, const Foldi
   const std::size_t before = count(carving_of(design, design.segmentation.owner, moves, tolerance));
   result.colliding_before = result.colliding_after = double(before) * design.sample_volume();
   if (before == 0) return design.segmentation;
-  const RegrowthOptions growth{tolerance, 3};
-  Regrown grown = regrown(design, cores_of(design), moves, growth, progress);
-  Segmentation changed = design.segmentation;
-  changed.owner = std::move(grown.owner);
-  changed = retiled(changed, design.character, design.target, design.embedding);
-  const std::size_t after = count(carving_of(design, changed.owner, moves, tolerance));
-  if (after >= before) return design.segmentation;
-  std::size_t moved = 0;
-  for (const std::size_t s : design.target.inside) moved += changed.owner[s] != design.segmentation.owner[s];
-  result.colliding_after = double(after) * design.sample_volume();
-  result.moved_volume = double(moved) * design.sample_volume();
-  result.yielding = std::move(grown.yielding);
-  return changed;
+  const std::vector<std::int16_t> core = cores_of(design);
+  // The first way keeps parts most like they were; the others take more freely, and are tried only where it does not help.
+  for (const RegrowthOptions& growth : {RegrowthOptions{tolerance, 3}, RegrowthOptions{2 * tolerance, 3}, RegrowthOptions{tolerance, 0}}) {
+    Regrown grown = regrown(design, core, moves, growth, progress);
+    Segmentation changed = design.segmentation;
+    changed.owner = std::move(grown.owner);
+    changed = retiled(changed, design.character, design.target, design.embedding);
+    const std::size_t after = count(carving_of(design, changed.owner, moves, tolerance));
+    if (after >= before) continue;
+    std::size_t moved = 0;
+    for (const std::size_t s : design.target.inside) moved += changed.owner[s] != design.segmentation.owner[s];
+    result.colliding_after = double(after) * design.sample_volume();
+    result.moved_volume = double(moved) * design.sample_volume();
+    result.yielding = std::move(grown.yielding);
+    return changed;
+  }
+  return design.segmentation;
 }
 
 }  // namespace
@@ -67,10 +71,11 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
     TransferAlongResult result;
     Segmentation changed = transfer_along(current, character, target, embedding, path, options, part, &result);
     if (round == 0) best = {path, segmentation, result.colliding_before, result.colliding_before, {}};
+    const bool helped = result.colliding_after < result.colliding_before;
     if (result.colliding_after < best.carving_after)
-      best = {path, changed, best.carving_before, result.colliding_after, std::move(result.yielding)};
+      best = {path, changed, best.carving_before, result.colliding_after, helped ? std::move(result.yielding) : std::move(best.yielding)};
     current = std::move(changed);
-    if (best.carving_after == 0 || round + 1 == options.rounds) break;
+    if (!helped || best.carving_after == 0 || round + 1 == options.rounds) break;
     path = plan(current, character, target, embedding, again, part, &path);
   }
   best.path = measured(best.path, best.segmentation, character, target, embedding, options);

@@ -398,6 +398,36 @@ TEST(TransferAlong, KeepsEverySkeletonWithItsBone) {
     EXPECT_TRUE(after.owner[s] == 0 || distance(Segment{{-0.15, 0, -0.08}, {0.15, 0, -0.08}}, m.segmentation.shape.position(s)) > 0.01);
 }
 
+TEST(Fold, NeverLeavesMoreToCarveThanThePlanAloneAndKeepsATiling) {
+  for (const Made& m : {slab_in_the_way(), lidded(0), two_boxes(-kQuarter)}) {
+    const Folding result = fold(m.segmentation, m.character, m.target, m.embedding, {}, {});
+    EXPECT_LE(result.carving_after, result.carving_before);
+    EXPECT_EQ(end_of(result.path, m.embedding.pose.angles).norm(), 0);
+    for (std::size_t s = 0; s < m.segmentation.owner.size(); ++s) EXPECT_EQ(result.segmentation.owner[s] >= 0, m.target.distance[s] < 0);
+    Made after = m;
+    after.segmentation = result.segmentation;
+    EXPECT_EQ(remeasured(result.path, after).overlap_volume, result.path.overlap_volume);
+  }
+}
+
+TEST(Fold, GivesTheSameResultForOneAndTwoThreads) {
+  const Made m = slab_in_the_way();
+  FoldingOptions one, two;
+  one.threads = 1, two.threads = 2;
+  const Folding a = fold(m.segmentation, m.character, m.target, m.embedding, one, {}), b = fold(m.segmentation, m.character, m.target, m.embedding, two, {});
+  EXPECT_TRUE(same(a.path, b.path));
+  EXPECT_EQ(a.segmentation.owner, b.segmentation.owner);
+}
+
+TEST(Fold, RejectsAnImpossibleNumberOfRoundsAndStopsWhenToldTo) {
+  const Made m = lidded(0);
+  FoldingOptions none;
+  none.rounds = 0;
+  EXPECT_THROW(fold(m.segmentation, m.character, m.target, m.embedding, none, {}), InvalidInput);
+  const Progress stop{[](double, std::string_view) { return false; }};
+  EXPECT_THROW(fold(m.segmentation, m.character, m.target, m.embedding, {}, stop), Cancelled);
+}
+
 TEST(Errors, MismatchedInputsAreNamed) {
   const auto fails = [](const Made& m, const FoldingOptions& options = {}) {
     EXPECT_THROW(greedy(m, options), InvalidInput);
