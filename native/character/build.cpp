@@ -1,4 +1,6 @@
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <functional>
 
 #include "character/armature.h"
 #include "character/character.h"
@@ -51,18 +53,37 @@ void join_fixed_bones(const std::vector<ArmatureBone>& bones, const BoneTree& tr
   }
 }
 
-/// From each member's head to the heads of its children, be they of this body or of the next: so the skeleton is
+/// A link to one child runs straight to its head. With several children a spine follows the bone as far as they need it, with a
+/// rib to each: straight links to all would pass through the housings of those on the way.
+void lay_links(const ArmatureBone& bone, const std::vector<Eigen::Vector3d>& ends, const std::function<void(Eigen::Vector3d, Eigen::Vector3d)>& add) {
+  const Eigen::Vector3d along = bone.tail - bone.head;
+  const double length2 = along.squaredNorm();
+  if (ends.size() < 2 || !(length2 > 0)) {
+    for (const Eigen::Vector3d& end : ends) add(bone.head, end);
+    return;
+  }
+  double furthest = 0;
+  for (const Eigen::Vector3d& end : ends) {
+    const double t = std::clamp((end - bone.head).dot(along) / length2, 0.0, 1.0);
+    add(bone.head + t * along, end);
+    furthest = std::max(furthest, t);
+  }
+  add(bone.head, bone.head + furthest * along);
+}
+
+/// The links of all members, to the heads of their children, be they of this body or of the next: so the skeleton is
 /// connected and spans the gaps of rigs whose bones start away from their parent's tail.
 std::vector<Segment> lay_segments(const std::vector<ArmatureBone>& bones, const BoneTree& tree, const Bone& body,
                                   const Eigen::Isometry3d& frame) {
   const Eigen::Isometry3d to_body = frame.inverse();
   std::vector<Segment> segments;
-  const auto add = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    if ((a - b).norm() > kPointTolerance * tree.size) segments.push_back({to_body * a, to_body * b});
-  };
   for (const int i : body.members) {
-    for (const int child : tree.children[i]) add(bones[i].head, bones[child].head);
-    if (tree.children[i].empty()) add(bones[i].head, bones[i].tail);
+    std::vector<Eigen::Vector3d> ends;
+    for (const int child : tree.children[i]) ends.push_back(bones[child].head);
+    if (ends.empty()) ends.push_back(bones[i].tail);
+    lay_links(bones[i], ends, [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+      if ((a - b).norm() > kPointTolerance * tree.size) segments.push_back({to_body * a, to_body * b});
+    });
   }
   if (segments.empty()) segments.push_back({});
   return segments;

@@ -41,7 +41,8 @@ struct Bone {
   Eigen::Quaterniond rest_in_parent = Eigen::Quaterniond::Identity();
   std::vector<Hinge> hinges;                                   ///< one to three (the root: none), they act in X, Y, Z order
   int first_angle = 0;                                         ///< where this bone's hinges start in Pose::angles
-  std::vector<Segment> segments;                               ///< its skeleton, bone frame, scale 1: from the head to each child's head, or to the tail
+  std::vector<Segment> segments;                               ///< its skeleton, bone frame, scale 1: from the head to its child's head, or to the tail; with several
+                                                               ///< children a spine along the bone and a rib to each child's head
   double radius = 0;                                           ///< of its capsules and joint housing; not changed by the morphology
   int mirror = -1;                                             ///< the bone on the other side; itself when it lies in the mirror plane; -1: none
 };

@@ -7,17 +7,16 @@
 namespace transformables {
 namespace {
 
-constexpr int kMostVoxels = 64;         // along the target's longest side: the embedding needs no finer
 constexpr double kPaperStep = 0.01;
 constexpr std::size_t kFewVoxels = 12000;  // below, each boundary voxel is a sample
 
-int stride_of(double step) { return std::max(1, int(std::ceil(kLongestSide / step / kMostVoxels - 0.01))); }
+int stride_of(double step, int most) { return std::max(1, int(std::ceil(kLongestSide / step / most - 0.01))); }
 
 }  // namespace
 
-Voxels::Voxels(const Target& target) {
+Voxels::Voxels(const Target& target, int most) {
   const GridShape& shape = target.distance.shape;
-  stride = stride_of(shape.step);
+  stride = stride_of(shape.step, most);
   std::vector<Eigen::Vector3i> inside;
   for (const std::size_t i : target.inside) {
     const Eigen::Vector3i c = shape.cell(i);

@@ -15,6 +15,7 @@ inline constexpr int kLabelBits = 8;
 inline constexpr std::int32_t kNoLabel = (1 << kLabelBits) - 1;
 inline constexpr std::int32_t kUnreached = 0x7f000000 | kNoLabel;
 inline constexpr int kMostBones = kNoLabel;
+inline constexpr int kMostVoxels = 64;  ///< along the target's longest side: the embedding needs no finer
 
 /// Everything about a target that no evaluation changes. May be shared by threads.
 struct Voxels {
@@ -27,7 +28,8 @@ struct Voxels {
     std::int32_t y = 0, z = 0;
   };
 
-  explicit Voxels(const Target& target);
+  /// @param most  voxels along the target's longest side: of finer grids every second, third, ... sample is taken
+  explicit Voxels(const Target& target, int most = kMostVoxels);
 
   std::int32_t cell(int x, int y, int z) const { return (z + 1) * slice + (y + 1) * pitch + x + kPad; }
   /// First x >= 0 of a row at which boundary samples are taken; they go on every `spacing` voxels.

@@ -19,7 +19,7 @@ float read(const Grid<float>& g, int i, int j, int k) {
 
 struct Derivatives {
   double gradient = 0;   ///< |grad phi|, upwind for a front that grows (Godunov)
-  double curvature = 0;  ///< mean curvature: half the divergence of the unit normal
+  double curvature = 0;  ///< divergence of the unit normal, as level set books have it: twice the geometers' mean curvature
 };
 
 Derivatives derivatives(const Grid<float>& g, const Vec& c, double speed) {
@@ -48,7 +48,7 @@ Derivatives derivatives(const Grid<float>& g, const Vec& c, double speed) {
   if (norm2 > 1e-12) {
     const double top = second[0] * (y * y + z * z) + second[1] * (x * x + z * z) + second[2] * (x * x + y * y) -
                        2 * (x * y * xy + x * z * xz + y * z * yz);
-    d.curvature = std::clamp(top / (2 * std::pow(norm2, 1.5)), -1 / h, 1 / h);
+    d.curvature = std::clamp(top / std::pow(norm2, 1.5), -1 / h, 1 / h);
   }
   return d;
 }

@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# Builds and runs the benches (production against the paper to the letter) and writes their tables into docs/performance.md.
+# Takes some minutes. Needs libbenchmark-dev; pycma (pip's `cma`) is optional, its absence is said.
+#
+#   BENCH_LARGE=1            also growth at 256 voxels
+#   TRANSFORMABLES_PYTHON    a Python that has pycma (default /usr/bin/python3)
+#   BENCH_BUILD              build folder (default build-bench)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+build=${BENCH_BUILD:-build-bench}
+python=${TRANSFORMABLES_PYTHON:-/usr/bin/python3}
+benches=(bench_embedding bench_segmentation bench_folding)
+
+if ! dpkg-query -W -f='${Status}' libbenchmark-dev 2>/dev/null | grep -q 'install ok installed'; then
+  echo "bench: libbenchmark-dev is missing: apt-get install libbenchmark-dev" >&2
+  exit 1
+fi
+cmake --preset release -B "$build" -DTRANSFORMABLES_BENCH=ON -DPython3_EXECUTABLE=/usr/bin/python3 > /dev/null
+cmake --build "$build" --target "${benches[@]}" cma_counts --parallel "$(nproc)"
+
+results=$build/bench-results
+mkdir -p "$results"
+for bench in "${benches[@]}"; do
+  "$build/tests/bench/$bench" --benchmark_out="$results/$bench.json" --benchmark_out_format=json
+done
+"$python" tests/bench/cma_vs_pycma.py "$build/tests/bench/cma_counts" --json "$results/cma.json"
+"$python" tests/bench/write_table.py "$results" docs/performance.md

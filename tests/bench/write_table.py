@@ -1,0 +1,126 @@
+"""Turns the benches' JSON into the tables of docs/performance.md (between its markers), and prints them.
+
+Usage: write_table.py FOLDER_OF_JSON PERFORMANCE_MD. What was not measured is left out of the tables.
+"""
+import argparse
+import datetime
+import json
+import math
+import pathlib
+import platform
+
+BEGIN, END = "<!-- measured: written by scripts/bench.sh -->", "<!-- end of measured -->"
+TO_MS = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}
+
+
+def load(path):
+    """{(stage, grid): {code: benchmark}} with `ms` of CPU time in each."""
+    results = {}
+    if path.exists():
+        for bench in json.loads(path.read_text())["benchmarks"]:
+            stage, grid, code = bench["name"].split("/")[:3]
+            bench["ms"] = bench["cpu_time"] * TO_MS[bench["time_unit"]]
+            results.setdefault((stage, grid), {})[code] = bench
+    return results
+
+
+def exponent(points):
+    """Slope of log(time) over log(voxels); None for fewer than two sizes."""
+    if len(points) < 2:
+        return None
+    xs, ys = [math.log(v) for v, _ in points], [math.log(t) for _, t in points]
+    mean_x, mean_y = sum(xs) / len(xs), sum(ys) / len(ys)
+    return sum((x - mean_x) * (y - mean_y) for x, y in zip(xs, ys)) / sum((x - mean_x) ** 2 for x in xs)
+
+
+def number(value, digits=3):
+    return "" if value is None else f"{value:.{digits}g}" if value < 100 else f"{value:.0f}"
+
+
+def ratio(codes, slow, fast):
+    return codes[slow]["ms"] / codes[fast]["ms"] if slow in codes and fast in codes else None
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
+    return lines + ["| " + " | ".join(row) + " |" for row in rows]
+
+
+def ms(codes, code):
+    return number(codes[code]["ms"]) if code in codes else ""
+
+
+def evaluation_table(results):
+    rows, points = [], []
+    for (_, grid), codes in results.items():
+        every = codes["production_every_voxel"]
+        points.append((every["inside"], every["ms"]))
+        rows.append([grid, f"{every['inside']:.0f}", f"{codes['production']['stride']:.0f}", ms(codes, "production"), ms(codes, "production_every_voxel"),
+                     ms(codes, "paper"), ms(codes, "paper_shortest_way"), number(ratio(codes, "paper", "production_every_voxel")),
+                     number(ratio(codes, "paper_shortest_way", "production_every_voxel"))])
+    head = ["grid", "voxels inside", "stride", "production, ms", "every voxel, ms", "paper, ms", "paper, true distances, ms", "ratio to paper", "ratio, same distances"]
+    slope = exponent(points)
+    return ["### One evaluation of the objective", "", *table(head, rows), "",
+            f"Cost of production with every voxel: (voxels)^{slope:.2f}." if slope else ""]
+
+
+def growth_table(results):
+    rows, points = [], []
+    for (_, grid), codes in results.items():
+        ours = codes["production"]
+        points.append((ours["inside"], ours["ms"]))
+        paper_memory = number(codes["paper"]["peak_MB"]) if "paper" in codes else ""
+        rows.append([grid, f"{ours['inside']:.0f}", ms(codes, "production"), ms(codes, "paper"), number(ratio(codes, "paper", "production")),
+                     number(ours["peak_MB"]), paper_memory])
+    head = ["grid", "voxels inside", "production, ms", "paper, ms", "ratio", "peak, MB", "paper's peak, MB"]
+    slope = exponent(points)
+    return ["### Growth of the skins", "", *table(head, rows), "", f"Cost of production: (voxels)^{slope:.2f}." if slope else ""]
+
+
+def folding_table(results):
+    rows = [[grid, code, number(b["ms"]), number(b["overlap_pct"])] for (_, grid), codes in results.items() for code, b in codes.items()]
+    return ["### Folding", "", *table(["grid", "work", "ms", "overlap left, % of target"], rows)]
+
+
+def cma_table(path):
+    data = json.loads(path.read_text())
+    show = lambda s: "" if not s or s["median"] is None else f"{s['median']:.0f} ({s['reached']} of {s['of']})"
+    rows = [[r["function"], str(r["dimension"]), str(r["population"] or "default"), show(r["ours"]), show(r["pycma"]), number(r["ratio"])] for r in data["rows"]]
+    source = f"pycma {data['pycma']}" if data["pycma"] else "pycma was not installed: not compared"
+    return ["### Evaluations until CMA-ES reaches 1e-8", "", f"Median over the seeds that reached it (how many did); {source}.", "",
+            *table(["function", "dimension", "population", "ours", "pycma", "ratio"], rows)]
+
+
+def cpu_name():
+    try:
+        lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.machine()
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+def measured(folder):
+    some = next((json.loads(p.read_text())["context"] for p in sorted(folder.glob("bench_*.json"))), {})
+    load_average = ", ".join(f"{x:.1f}" for x in some.get("load_avg", []))
+    lines = [f"Measured on {datetime.date.today().isoformat()}: {cpu_name()}, {some.get('num_cpus', '?')} cores, load average {load_average or 'unknown'}.", ""]
+    for name, write in (("bench_embedding", evaluation_table), ("bench_segmentation", growth_table), ("bench_folding", folding_table)):
+        results = load(folder / f"{name}.json")
+        lines += [*(write(results) if results else [f"### {name}", "", "Not measured."]), ""]
+    cma = folder / "cma.json"
+    return lines + (cma_table(cma) if cma.exists() else ["### CMA-ES", "", "Not measured."])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("page", type=pathlib.Path)
+    arguments = parser.parse_args()
+    text = "\n".join(measured(arguments.folder))
+    print(text)
+    page = arguments.page.read_text()
+    before, rest = page.split(BEGIN)
+    arguments.page.write_text(before + BEGIN + "\n" + text + "\n" + END + rest.split(END)[1])
+
+
+if __name__ == "__main__":
+    main()
