@@ -89,5 +89,6 @@ void bind_embedding(py::module_& m);
 void bind_segmentation(py::module_& m);
 void bind_folding(py::module_& m);
 void bind_finishing(py::module_& m);
+void bind_certificate(py::module_& m);
 
 }  // namespace transformables::bindings

@@ -15,4 +15,5 @@ PYBIND11_MODULE(transformables_native, m) {
   bindings::bind_segmentation(m);
   bindings::bind_folding(m);
   bindings::bind_finishing(m);
+  bindings::bind_certificate(m);
 }

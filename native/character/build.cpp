@@ -62,13 +62,13 @@ void lay_links(const ArmatureBone& bone, const std::vector<Eigen::Vector3d>& end
     for (const Eigen::Vector3d& end : ends) add(bone.head, end);
     return;
   }
-  double furthest = 0;
+  std::vector<double> joints{0};
   for (const Eigen::Vector3d& end : ends) {
-    const double t = std::clamp((end - bone.head).dot(along) / length2, 0.0, 1.0);
-    add(bone.head + t * along, end);
-    furthest = std::max(furthest, t);
+    joints.push_back(std::clamp((end - bone.head).dot(along) / length2, 0.0, 1.0));
+    add(bone.head + joints.back() * along, end);
   }
-  add(bone.head, bone.head + furthest * along);
+  std::sort(joints.begin(), joints.end());
+  for (std::size_t n = 1; n < joints.size(); ++n) add(bone.head + joints[n - 1] * along, bone.head + joints[n] * along);
 }
 
 /// The links of all members, to the heads of their children, be they of this body or of the next: so the skeleton is

@@ -13,10 +13,10 @@ BEGIN, END = "<!-- measured: written by scripts/bench.sh -->", "<!-- end of meas
 TO_MS = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}
 
 
-def load(path):
+def load(paths):
     """{(stage, grid): {code: benchmark}} with `ms` of CPU time in each."""
     results = {}
-    if path.exists():
+    for path in paths:
         for bench in json.loads(path.read_text())["benchmarks"]:
             stage, grid, code = bench["name"].split("/")[:3]
             bench["ms"] = bench["cpu_time"] * TO_MS[bench["time_unit"]]
@@ -53,6 +53,8 @@ def ms(codes, code):
 def evaluation_table(results):
     rows, points = [], []
     for (_, grid), codes in results.items():
+        if not {"production", "production_every_voxel"} <= codes.keys():
+            continue
         every = codes["production_every_voxel"]
         points.append((every["inside"], every["ms"]))
         rows.append([grid, f"{every['inside']:.0f}", f"{codes['production']['stride']:.0f}", ms(codes, "production"), ms(codes, "production_every_voxel"),
@@ -67,6 +69,8 @@ def evaluation_table(results):
 def growth_table(results):
     rows, points = [], []
     for (_, grid), codes in results.items():
+        if "production" not in codes:
+            continue
         ours = codes["production"]
         points.append((ours["inside"], ours["ms"]))
         paper_memory = number(codes["paper"]["peak_MB"]) if "paper" in codes else ""
@@ -104,7 +108,7 @@ def measured(folder):
     load_average = ", ".join(f"{x:.1f}" for x in some.get("load_avg", []))
     lines = [f"Measured on {datetime.date.today().isoformat()}: {cpu_name()}, {some.get('num_cpus', '?')} cores, load average {load_average or 'unknown'}.", ""]
     for name, write in (("bench_embedding", evaluation_table), ("bench_segmentation", growth_table), ("bench_folding", folding_table)):
-        results = load(folder / f"{name}.json")
+        results = load(sorted(folder.glob(f"{name}*.json")))  # of part runs (--benchmark_filter) too
         lines += [*(write(results) if results else [f"### {name}", "", "Not measured."]), ""]
     cma = folder / "cma.json"
     return lines + (cma_table(cma) if cma.exists() else ["### CMA-ES", "", "Not measured."])

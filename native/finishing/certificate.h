@@ -1,0 +1,61 @@
+// A proof that finished parts stay apart at every time of a fold, not only at samples (DESIGN section 3, "Folding").
+//
+// It is made of intervals. Over each, the parts' own triangles are kept apart by planes: a plane that separates two boxes or
+// triangles at the middle of the interval still does at its ends, by what the joints' rates and lever arms allow
+// (Schwarzer, Saha and Latombe 2005, refined by direction: sliding along a gap costs nothing to first order).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "character/character.h"
+#include "common/progress.h"
+#include "embedding/embedding.h"
+#include "finishing/finishing.h"
+#include "folding/folding.h"
+
+namespace transformables {
+
+struct CertificateOptions {
+  double enough = 0.001;       ///< parts further apart than this are not looked at more closely, target units
+  double least = 1e-5;         ///< parts that come nearer than this count as touching, target units
+  double tolerance = 0.25;     ///< a pair's proven gap is at most this share under its true one, where that is under `enough`
+  long steps = 20'000'000;     ///< boxes and triangles compared for one pair in one move, at most: bounds the time without a clock
+  int threads = 0;             ///< 0: all cores. The result does not depend on it.
+};
+
+/// From t0 to t1 of a move (0 to 1, hinges turning at constant rates) two parts are at least `bound` apart.
+struct CertifiedInterval {
+  std::size_t move = 0;        ///< index into FoldPath::moves
+  int bone_a = 0, bone_b = 0;  ///< a < b
+  double t0 = 0, t1 = 1;
+  double bound = 0;            ///< target units, positive
+};
+
+/// A place for which there is no proof.
+struct Uncertified {
+  enum class Reason { kTouching, kInside, kUnresolved };
+  std::size_t move = 0;
+  int bone_a = 0, bone_b = 0;
+  double fraction = 0;         ///< of the move
+  double distance = 0;         ///< of the parts there, at most, target units
+  Reason reason = Reason::kTouching;
+};
+
+struct Certificate {
+  bool holds = false;                        ///< no two parts come nearer than `gap`, ever
+  double gap = 0;                            ///< least bound of all intervals, target units; 0 unless `holds`
+  std::vector<CertifiedInterval> intervals;  ///< by move, pair, time
+  std::vector<Uncertified> open;             ///< by move and pair; empty when it holds
+  long steps = 0;                            ///< boxes and triangles that were compared
+};
+
+/// Proves as much as can be proved. Every pair of parts has its intervals in move 0 (a path without moves is taken as one that
+/// stands still); in a later move those pairs that move against each other in it: the others stand as they stood before.
+/// @param parts  finish()'s, or any closed meshes in bone frames
+/// @throws InvalidInput when the parts, the embedding or the path do not fit the character, or an option is out of range
+/// @throws Cancelled
+Certificate certify(const Parts& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
+                    const CertificateOptions& options, const Progress& progress);
+
+}  // namespace transformables

@@ -1,0 +1,63 @@
+// Two parts in one move: the proof that they stay apart, by boxes, triangles and planes over shorter and shorter times.
+#pragma once
+
+#include <vector>
+
+#include "finishing/box_tree.h"
+#include "finishing/certificate.h"
+#include "finishing/relative_motion.h"
+
+namespace transformables::finishing {
+
+class PairProof {
+ public:
+  PairProof(const BoxTree& a, const BoxTree& b, const RelativeMotion& motion, const CertificateOptions& options);
+
+  struct Row {
+    double t0, t1, bound;
+  };
+  /// Goes through the whole move. @return whether all of it is proved.
+  bool run();
+  const std::vector<Row>& rows() const { return rows_; }
+
+  /// Where the parts were found nearest (`unresolved`: where the steps ran out).
+  double nearest_distance() const { return nearest_; }
+  double nearest_time() const { return nearest_time_; }
+  bool unresolved() const { return !failed_at_contact_; }
+  long steps() const { return steps_; }
+
+ private:
+  /// A piece of the move, halved as needed; what it needs at its middle.
+  struct Span {
+    double t0, t1;
+    Instant now;
+    int halves = -1;  // index of the first of two
+    double middle() const { return 0.5 * (t0 + t1); }
+    double half() const { return 0.5 * (t1 - t0); }
+  };
+  int add_span(double t0, double t1);
+  int halves_of(int span);
+  /// What must be proved for a pair of boxes or triangles.
+  double wanted() const { return std::min(options_.enough, (1 - options_.tolerance) * nearest_); }
+  bool settle(double bound);
+  bool count_step(int span);
+
+  bool go_through(int span);
+  bool boxes(int a, int b, int span);
+  bool children(const BoxNode& a, const BoxNode& b, int ia, int ib, int span);
+  bool leaves(const BoxNode& a, const BoxNode& b, int span);
+  bool triangles(const Triangle& moved, const Triangle& a, const Triangle& b, int span);
+
+  const BoxTree &a_, &b_;
+  const RelativeMotion& motion_;
+  const CertificateOptions& options_;
+  std::vector<Span> spans_;
+  std::vector<Row> rows_;
+  double lowest_ = 0;   // bound of the row at work
+  double nearest_;      // of all places looked at: an upper bound of the least distance
+  double nearest_time_ = 0;
+  bool failed_at_contact_ = false;
+  long steps_ = 0;
+};
+
+}  // namespace transformables::finishing
