@@ -1,12 +1,16 @@
 #!/usr/bin/env bash
 # Runs tests/blender in a current Blender: the bpy package of PyPI, in a virtual environment under build/.
+#   TRANSFORMABLES_BPY_VERSION  which one (4.5.3, the newest for Debian 12's Python 3.11)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 version=${TRANSFORMABLES_BPY_VERSION:-4.5.3}
 venv=build/bpy-$version
-if [[ ! -x $venv/bin/pytest ]]; then
-  if ! dpkg-query -W -f='${Status}' python3-venv libxkbcommon0 libsm6 libxi6 libxxf86vm1 libxfixes3 libgl1 2>/dev/null | grep -q 'not-installed'; then :; fi
+# pip needs a virtual environment and certificates; bpy brings all but these libraries.
+bash scripts/packages.sh python3-venv ca-certificates libgl1 libice6 libsm6 libx11-6 libxext6 libxfixes3 libxi6 libxkbcommon0 libxrender1 libxxf86vm1
+if [[ ! -e $venv/ready ]]; then
+  rm -rf "$venv"  # of an installation that was interrupted
   /usr/bin/python3 -m venv "$venv"
-  "$venv/bin/pip" install -q "bpy==$version" pytest
+  "$venv/bin/python" -m pip install -q "bpy==$version" pytest
+  touch "$venv/ready"
 fi
-"$venv/bin/python" tests/blender/run.py
+"$venv/bin/python" tests/blender/run.py "$@"

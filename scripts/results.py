@@ -164,9 +164,11 @@ def main():
         verdict = "good" if good(row) else ("; ".join(faults(row)) or "holds, but collides or fills too little")
         print(table([row]).splitlines()[-1], verdict, flush=True)
     print("\n" + table(rows))
+    print(f"{sum(not faults(row) for row in rows)} of {len(rows)} hold every line that must hold")
     if args.write:
         write_page(args.write, rows, options)
     sys.exit(any(faults(row) for row in rows))
 
 
-main()
+if __name__ == "__main__":
+    main()

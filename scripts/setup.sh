@@ -6,22 +6,17 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 preset=${TRANSFORMABLES_PRESET:-release}
 
-packages=(g++ cmake ninja-build ccache python3 python3-dev python3-numpy python3-pytest pybind11-dev libeigen3-dev libtbb-dev libcgal-dev
-          libopenvdb-dev libimath-dev libgtest-dev libgmock-dev blender xvfb)
-missing=()
-for package in "${packages[@]}"; do
-  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
-done
-if ((${#missing[@]})); then
-  as_root=()
-  if [[ $(id -u) != 0 ]]; then as_root=(sudo); fi
-  echo "setup: installing ${missing[*]}"
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" > /dev/null
-fi
+# The window test draws in software: libgl1-mesa-dri. Fonts and the rest come with blender and xvfb.
+bash scripts/packages.sh g++ cmake ninja-build ccache python3 python3-dev python3-numpy python3-pytest pybind11-dev libeigen3-dev libtbb-dev \
+  libcgal-dev libopenvdb-dev libimath-dev libgtest-dev libgmock-dev blender xvfb libgl1-mesa-dri
 
 # Blender 3.4 of Debian runs the system's Python, whichever python3 comes first on PATH; the module must match it.
-cmake --preset "$preset" -DPython3_EXECUTABLE=/usr/bin/python3 > build.log 2>&1 || { cat build.log; exit 1; }
-rm -f build.log
-cmake --build build --parallel "$(nproc)"
+mkdir -p build
+cmake --preset "$preset" -DPython3_EXECUTABLE=/usr/bin/python3 > build/configure.log 2>&1 || { cat build/configure.log >&2; exit 1; }
+
+# A compiler of this code takes up to 1 GB: as many at once as there are processors, and memory for.
+jobs=$(nproc)
+memory_gb=$(awk '/^MemAvailable/ { print int($2 / 1048576) }' /proc/meminfo)
+if ((memory_gb < jobs)); then jobs=$((memory_gb > 1 ? memory_gb : 1)); fi
+cmake --build build --parallel "$jobs"
 echo "setup: ready; the module is in addon/transformables/native/"

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Passes all tests: native (GoogleTest), add-on (pytest), inside Blender, and in a real window.
+# Passes all tests: native (GoogleTest), add-on (pytest), inside Blender, and in a real window. Goes through all parts, also when
+# one fails; the last line counts. Exit code 0: every part passed.
 #
 # What a fresh clone can't have is skipped, loudly:
 #   TRANSFORMABLES_SHARED  folder with the real characters, targets and the judge: sweeps over real data
@@ -8,37 +9,55 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 bash scripts/setup.sh
+mkdir -p build/test-logs
 
-skipped=()
-echo "== native"
-ctest --test-dir build --output-on-failure -j2
+parts=0 passed=0 failed_parts=() skipped=()
 
-echo "== add-on, without Blender"
-/usr/bin/python3 -m pytest -q tests/addon
+# part NAME COMMAND ...: runs it, keeps what it says, and counts its tests.
+part() {
+  local name=$1 log="build/test-logs/$1.log" began=$SECONDS code=0
+  shift
+  echo "== $name"
+  "$@" 2>&1 | tee "$log" || code=$?
+  local counted
+  counted=$(count "$log")
+  parts=$((parts + 1)) passed=$((passed + counted))
+  if [[ $code != 0 ]]; then failed_parts+=("$name"); fi
+  # A part that passed without a test has tested nothing.
+  if [[ $code == 0 && $counted == 0 ]]; then failed_parts+=("$name: no test ran"); fi
+  if grep -Eq '^SKIPPED |[0-9]+ skipped|\*\*\*(Skipped|Not Run)' "$log"; then skipped+=("in $name: $(grep -E '^SKIPPED |[0-9]+ skipped|\*\*\*(Skipped|Not Run)' "$log" | head -n 1)"); fi
+  echo "== $name: $counted passed, exit code $code, $((SECONDS - began)) s"
+}
 
-echo "== add-on, inside $(blender --version 2>/dev/null | head -n 1)"
-blender -b --factory-startup --python-exit-code 1 --python tests/blender/run.py
+# How many tests passed: of ctest, pytest, the window's driver, or the sweeps ("N of M hold").
+count() {
+  sed -nE 's/.*tests passed, ([0-9]+) tests? failed out of ([0-9]+).*/\2 \1/p; s/^(.* )?([0-9]+) passed.* in .*/\2 0/p; s/^PASS .*/1 0/p; s/^([0-9]+) of [0-9]+ hold.*/\1 0/p' "$1" |
+    awk '{ total += $1 - $2 } END { print total + 0 }'
+}
 
-echo "== in a window"
-bash scripts/gui_test.sh
+part native ctest --test-dir build --output-on-failure -j2
+part addon /usr/bin/python3 -m pytest -q -rs tests/addon
+part blender blender -b --factory-startup --python-exit-code 1 --python tests/blender/run.py -- -q -rs
+part window bash scripts/gui_test.sh
 
 if [[ ${TRANSFORMABLES_BPY:-} == 1 ]]; then
-  echo "== add-on, inside a current Blender (bpy)"
-  bash scripts/bpy_test.sh
+  part bpy bash scripts/bpy_test.sh -q -rs
 else
   skipped+=("current Blender: set TRANSFORMABLES_BPY=1 (needs PyPI)")
 fi
 
 if [[ -n ${TRANSFORMABLES_SHARED:-} ]]; then
-  echo "== real pairs, judged from outside"
-  /usr/bin/python3 scripts/results.py --shared "$TRANSFORMABLES_SHARED" egg:phantomx truck:basic_human
+  part pairs /usr/bin/python3 scripts/results.py --shared "$TRANSFORMABLES_SHARED" egg:phantomx truck:basic_human
+  part dirty /usr/bin/python3 scripts/sweep_dirty.py --shared "$TRANSFORMABLES_SHARED" flat_sheet fan3_nonmanifold egg_degenerate
 else
   skipped+=("real characters and targets: set TRANSFORMABLES_SHARED to their folder")
 fi
 
 for reason in "${skipped[@]}"; do echo "SKIPPED: $reason"; done
+for name in "${failed_parts[@]}"; do echo "FAILED: $name (build/test-logs/${name%%:*}.log)"; done
 if ((${#skipped[@]})) && [[ ${TRANSFORMABLES_NO_SKIP:-} == 1 ]]; then
-  echo "test: skips count as failures here"
-  exit 1
+  failed_parts+=("skips")
+  echo "FAILED: skips count as failures here"
 fi
-echo "test: all passed (${#skipped[@]} steps skipped)"
+echo "test: $passed tests passed in $parts parts, ${#failed_parts[@]} parts failed, ${#skipped[@]} skipped, $((SECONDS / 60)) min $((SECONDS % 60)) s"
+((${#failed_parts[@]} == 0))

@@ -66,12 +66,18 @@ def _parser():
     add("--threads", type=int, default=0, metavar="N", help="processor cores (default: all; the design is the same)")
     add("--output", metavar="OUT.blend", help="the .blend to write")
     add("--report", metavar="OUT.json", help="the report to write")
+    add("--certificate", metavar="OUT.json", help="the proof that parts stay apart to write: can be replayed by itself")
     return parser
 
 
 def run(argv):
     """Does what the words say; gives the exit code. Everything it has to say goes to standard error."""
     errors = _import("core.options")
+    try:
+        import numpy  # noqa: F401  (told here in words; the bridge needs it)
+    except ImportError:
+        return _fail(f"Blender runs the Python in {sys.prefix}, which has no NumPy: start Blender with the folder of the system's "
+                     "python3 first on PATH, or install NumPy for that Python", WRONG_INPUT)
     try:
         arguments = _parser().parse_args(argv)
         return _Design(arguments).run()
@@ -115,7 +121,7 @@ class _Design:
             made = design.apply(bpy.context, event["result"], event["arrays"], character, target, self.options)
             if stop.asked:
                 raise _Stopped
-            self._write(outputs, made["report"])
+            self._write(outputs, made["report"], event)
         return self._verdict(made["report"])
 
     def _do(self, message, arrays, stop):
@@ -140,7 +146,10 @@ class _Design:
     def _raise(self, event):
         if event["type"] == "Cancelled":
             raise _Stopped
-        if event["type"] in ("InvalidInput", "Infeasible", "OutOfMemory", "WorkerDied", "NoWorker"):
+        if event["type"] == "Infeasible":
+            raise self.errors.UserError(f"the character doesn't fit into the target: {event['text']}. A slim target holds few bones: try "
+                                        "fewer (--simplify 10), a higher --resolution, or another --seed")
+        if event["type"] in ("InvalidInput", "OutOfMemory", "WorkerDied", "NoWorker"):
             raise self.errors.UserError(event["text"])
         raise RuntimeError(f"{event['text']}\n{event.get('details', '')}")
 
@@ -164,11 +173,14 @@ class _Design:
         """The files to write as {kind: absolute path}; each can be written, as far as can be known before the work."""
         import bpy
         outputs = {kind: os.path.abspath(bpy.path.abspath(path)) for kind, path in
-                   (("output", self.arguments.output), ("report", self.arguments.report)) if path is not None}
+                   (("output", self.arguments.output), ("report", self.arguments.report), ("certificate", self.arguments.certificate))
+                   if path is not None}
         if not outputs:
             raise self.errors.UserError("nothing to write: give --output OUT.blend, --report OUT.json, or both")
-        if len(set(outputs.values())) < len(outputs):
-            raise self.errors.UserError(f"--output and --report are the same file {outputs['output']}: give two")
+        for kind, path in outputs.items():
+            same = [f"--{k}" for k, p in outputs.items() if p == path]
+            if len(same) > 1:
+                raise self.errors.UserError(f"{same[0]} and {same[1]} are the same file {path}: give two")
         for kind, path in outputs.items():
             if os.path.isdir(path):
                 raise self.errors.UserError(f"--{kind} {path} is a folder: give a file's name")
@@ -181,8 +193,8 @@ class _Design:
                                             "and that you may write to") from None
         return outputs
 
-    def _write(self, outputs, report):
-        """Both files beside their places first, then both into place: whoever looks finds the old or the new, never half."""
+    def _write(self, outputs, report, event):
+        """All files beside their places first, then all into place: whoever looks finds the old or the new, never half."""
         import bpy
         ready = {}
         try:
@@ -194,6 +206,10 @@ class _Design:
             if "report" in outputs:
                 ready["report"] = _temporary(outputs["report"])
                 _import("core.report").write(ready["report"], report)
+            if "certificate" in outputs:
+                ready["certificate"] = _temporary(outputs["certificate"])
+                certificate = _import("core.certificate")
+                certificate.write(ready["certificate"], certificate.document(event["result"], event["arrays"]))
             for kind in list(ready):
                 os.replace(ready[kind], outputs[kind])
                 del ready[kind]
@@ -207,11 +223,13 @@ class _Design:
     def _verdict(self, report):
         say = f"design of {report['parts']} parts in {report['seconds']['total']:.1f} s"
         if report["certified"]:
-            _say(f"{say}; it folds without collision")
+            _say(f"{say}; it folds without collision, proved for {report['minimum_clearance_mm']:.3g} mm between parts at all times")
             return COMPLETE
         _say(f"{say}, but {len(report['collisions'])} collisions are left:")
         for collision in report["collisions"]:
             _say("  " + _import("core.report").collision_line(collision))
+        for place in report["uncertified"]:
+            _say("  no proof: " + _import("core.report").uncertified_line(place))
         return COLLISIONS_LEFT
 
 

@@ -37,8 +37,11 @@ py::list open_dicts(const Certificate& certificate) {
 /// Parts that were made elsewhere: (bone, vertices, triangles) each.
 Parts parts_from(const std::vector<std::tuple<int, py::buffer, py::buffer>>& rows) {
   Parts parts;
-  for (const auto& [bone, vertices, triangles] : rows)
-    parts.parts.push_back({bone, {read_points(vertices, "vertices of a part"), read_triples(triangles, "triangles of a part")}, 0});
+  for (const auto& [bone, vertices, triangles] : rows) {
+    Part& part = parts.parts.emplace_back();
+    part.bone = bone;
+    part.mesh = {read_points(vertices, "vertices of a part"), read_triples(triangles, "triangles of a part")};
+  }
   return parts;
 }
 

@@ -18,6 +18,7 @@ py::list part_dicts(const Parts& parts) {
     d["bone"] = part.bone;
     d["vertices"] = write_array(vertices);
     d["triangles"] = write_array(triangles);
+    d["source"] = write_array(part.source);
     d["volume"] = part.volume;
     rows.append(d);
   }
@@ -38,8 +39,9 @@ void bind_finishing(py::module_& m) {
   m.def(
       "finish",
       [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding, const FoldPath& path,
-         double clearance, const std::string& style, double wall, int threads, const py::object& progress) {
+         double clearance, const std::string& style, double wall, int threads, bool exact_surface, const py::object& progress) {
         FinishingOptions options;
+        options.exact_surface = exact_surface;
         options.clearance = clearance;
         options.wall = wall;
         options.threads = threads;
@@ -50,7 +52,8 @@ void bind_finishing(py::module_& m) {
         return finish(segmentation, character, target, embedding, path, options, tell);
       },
       py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::arg("path"), py::kw_only(),
-      py::arg("clearance"), py::arg("style") = "solid", py::arg("wall") = 0.004, py::arg("threads") = 0, py::arg("progress") = py::none(),
+      py::arg("clearance"), py::arg("style") = "solid", py::arg("wall") = 0.004, py::arg("threads") = 0, py::arg("exact_surface") = false,
+      py::arg("progress") = py::none(),
       "Clearance, carving along the path, meshes, checks. clearance and wall: target units. Raises InvalidInput, Cancelled.");
 }
 

@@ -7,6 +7,7 @@
 
 #include "finishing/motion.h"
 #include "finishing/sweep.h"
+#include "finishing/thin.h"
 #include "finishing/topology.h"
 
 namespace transformables::finishing {
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double kReach = 1.5;      ///< steps beyond the gap to which swept values are known, so that carving interpolates
 constexpr double kWindow = 0.6;     ///< steps: at least one sample is as near to any surface
+constexpr double kThinnest = 0.0034; ///< target units: 1 mm of 150 mm
 constexpr double kNoise = 0.05;     ///< steps by which two first-order distances may seem to fall short of a gap
 
 double reach_of(const Lattice& lattice) { return lattice.gap + kReach * lattice.step(); }
@@ -174,6 +176,9 @@ bool carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::s
     PairCarver carver(scene, motion, parts, dropped, exact);
     for (const auto& [a, b] : pairs) changed |= carver.resolve(a, b);
   });
+  // The walls of a shell are thin on purpose.
+  if (scene.options.style == Style::kSolid)
+    tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t n) { take_thin(parts[n], kThinnest); });
   return changed;
 }
 

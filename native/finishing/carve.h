@@ -23,7 +23,7 @@ struct Scene {
 };
 
 /// Removes from the parts what comes nearer than the lattice's gap to another part somewhere along the path. A part's
-/// core gives way only to another's core. Pieces that are cut off are dropped.
+/// core gives way only to another's core. Pieces that are cut off are dropped, and so is what is left too thin.
 /// @param dropped  samples dropped, added up for each part
 /// @param exact    replace the field of a part that must give way by its distance first: for all passes but the first
 /// @return whether anything was removed

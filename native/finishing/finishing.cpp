@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <stdexcept>
 
 #include "finishing/carve.h"
+#include "finishing/outer_surface.h"
 #include "finishing/part_field.h"
 #include "finishing/topology.h"
 
@@ -124,34 +124,6 @@ void carve_all(const Scene& scene, std::vector<PartField>& parts, std::vector<st
   }
 }
 
-/// Through memory, since GCC 12 at -O2 drops a conversion to float and back where it makes vectors of neighbouring numbers.
-double rounded_to_float(double x) {
-  const volatile float rounded = float(x);
-  return double(rounded);
-}
-
-/// A part's surface in its bone's frame, on numbers that single precision holds: Blender stores no other.
-Part meshed(const PartField& field, const Eigen::Isometry3d& frame) {
-  Part part;
-  part.bone = field.bone;
-  part.mesh = isosurface(field.psi);
-  const Eigen::Isometry3d into = frame.inverse(Eigen::Isometry);
-  for (Eigen::Vector3d& v : part.mesh.vertices) v = (into * v).unaryExpr(&rounded_to_float);
-  part.volume = signed_volume(part.mesh);
-  if (!check(part.mesh).good()) throw std::logic_error("a finished part is not a closed simple solid in one piece");
-  return part;
-}
-
-std::vector<Part> mesh_all(const std::vector<PartField>& fields, const Segmentation& segmentation) {
-  std::vector<Part> all(fields.size()), kept;
-  tbb::parallel_for(std::size_t(0), fields.size(), [&](std::size_t n) {
-    if (inside_count(fields[n].psi) > 0) all[n] = meshed(fields[n], segmentation.frames[fields[n].bone]);
-  });
-  for (Part& part : all)
-    if (!part.mesh.empty()) kept.push_back(std::move(part));
-  return kept;
-}
-
 void warn_of_losses(const std::vector<PartField>& fields, const Segmentation& segmentation, const Character& character,
                     const std::vector<std::size_t>& dropped, double share_of_sample, std::vector<std::string>& warnings) {
   for (const PartField& field : fields) {
@@ -180,7 +152,7 @@ Parts finish_here(const Segmentation& segmentation, const Character& character, 
   result.collisions = std::move(measured.collisions);
   result.minimum_clearance = measured.least_gap;
   progress(0.9, "extracting surfaces");
-  result.parts = mesh_all(fields, segmentation);
+  result.parts = mesh_parts(fields, scene, target, result.warnings);
   for (const Part& part : result.parts) result.filled_volume_pct += 100 * part.volume / target.volume;
   warn_of_losses(fields, segmentation, character, dropped, share, result.warnings);
   progress(1, "parts are finished");

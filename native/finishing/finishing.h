@@ -1,6 +1,7 @@
 // Finishing: from level sets and a path to meshes that can be held (paper, sections 6 and 7).
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct FinishingOptions {
   double wall = 0.004;          ///< of shells, target units
   int refinement = 2;           ///< finer grid for the surfaces: samples a voxel edge
   double largest_step_rad = 0.05;
+  /// The target's own triangles outside, cut exactly; false: all surfaces from level sets. Off: collisions and clearance are measured
+  /// on the fields, which round the target's sharp edges off; its own edges may come nearer to each other in motion.
+  bool exact_surface = false;
   int threads = 0;
 };
 
@@ -29,6 +33,7 @@ struct FinishingOptions {
 struct Part {
   int bone = 0;
   TriangleMesh mesh;            ///< bone frame, target units: closed, manifold, free of self-intersections, one piece, outward
+  std::vector<std::int32_t> source;  ///< for each triangle the triangle of target.mesh that it is (a piece of); -1: an interface, or re-meshed
   double volume = 0;            ///< cubic target units
 };
 

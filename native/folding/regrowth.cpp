@@ -5,14 +5,17 @@
 #include <algorithm>
 #include <array>
 
+#include "folding/path_collisions.h"
+
 namespace transformables::folding {
 namespace {
 
-/// Part `bone` meets `other` in a move.
-struct Encounter {
-  int other = 0;
-  PairMotion motion;
-};
+std::vector<char> bones_with_core(const Design& design, const std::vector<std::int16_t>& core) {
+  std::vector<char> has_core(design.bones(), 0);
+  for (const std::size_t s : design.target.inside)
+    if (core[s] >= 0) has_core[core[s]] = 1;
+  return has_core;
+}
 
 class Regrowth {
  public:
@@ -26,7 +29,6 @@ class Regrowth {
   void each_neighbour(std::size_t s, const Visit& visit) const;
   void take(std::size_t s, int bone);
   bool wave(int bone, int number);
-  int hits(std::size_t s, int bone, int enough) const;
   bool may_try(std::size_t s, int bone, int number) const;
   char& dead(std::size_t s, int bone) { return dead_[std::size_t(place_[s]) * bones_ + bone]; }
   char dead(std::size_t s, int bone) const { return dead_[std::size_t(place_[s]) * bones_ + bone]; }
@@ -35,8 +37,7 @@ class Regrowth {
   const GridShape& shape_;
   const RegrowthOptions options_;
   std::size_t bones_;
-  std::vector<std::vector<Encounter>> encounters_;
-  std::vector<PartField> fields_;
+  PathCollisions collisions_;
   std::vector<int> place_;                          // of a sample among the inside ones, -1 outside
   std::vector<int> reached_;                        // wave in which some part first touched it
   std::vector<char> dead_;                          // [place][bone]: it would collide
@@ -46,19 +47,12 @@ class Regrowth {
 
 Regrowth::Regrowth(const Design& design, const std::vector<std::int16_t>& core, const std::vector<SampledMove>& moves, const RegrowthOptions& options)
     : owner(core.size(), -1), design_(design), shape_(design.segmentation.shape), options_(options), bones_(std::size_t(design.bones())),
-      encounters_(bones_), fields_(bones_), place_(core.size(), -1), reached_(core.size(), -1), dead_(design.target.inside.size() * bones_, 0),
+      collisions_(design, bones_with_core(design, core), moves, options.tolerance), place_(core.size(), -1), reached_(core.size(), -1), dead_(design.target.inside.size() * bones_, 0),
       fringe_(bones_) {
   for (std::size_t i = 0; i < design.target.inside.size(); ++i) place_[design.target.inside[i]] = int(i);
-  std::vector<char> has_core(bones_, 0);
-  for (const std::size_t s : design.target.inside)
-    if (core[s] >= 0) has_core[core[s]] = 1;
-  for (const SampledMove& move : moves)
-    for (int a = 0; a < int(bones_); ++a)
-      for (int b = 0; b < int(bones_); ++b)
-        if (a != b && move.group(a) != move.group(b) && has_core[a] && has_core[b]) encounters_[a].push_back({b, move.pair(a, b)});
   for (const std::size_t s : design.target.inside)
     if (core[s] >= 0) take(s, core[s]);
-  tbb::parallel_for(std::size_t(0), bones_, [&](std::size_t b) { fields_[b] = PartField(owner, shape_, int(b)); });
+  tbb::parallel_for(std::size_t(0), bones_, [&](std::size_t b) { collisions_.set_part(owner, int(b)); });
 }
 
 template <class Visit>
@@ -81,17 +75,6 @@ void Regrowth::take(std::size_t s, int bone) {
   });
 }
 
-/// How many encounters of the path a sample collides in as part of a bone; stops counting at `enough`.
-int Regrowth::hits(std::size_t s, int bone, int enough) const {
-  const Eigen::Vector3f p = shape_.cell(s).cast<float>();
-  int found = 0;
-  for (const Encounter& e : encounters_[bone]) {
-    if (first_hit(fields_[e.other], e.motion, p, e.motion.speed(p, 0), 0, options_.tolerance) >= 0) ++found;
-    if (found >= enough) break;
-  }
-  return found;
-}
-
 bool Regrowth::may_try(std::size_t s, int bone, int number) const {
   const int former = design_.segmentation.owner[s];
   return former == bone || dead(s, former) || number >= reached_[s] + options_.patience;
@@ -107,14 +90,13 @@ bool Regrowth::wave(int bone, int number) {
     (may_try(s, bone, number) ? tried : waiting).push_back(s);
   }
   fringe = waiting;
-  std::vector<char> free(tried.size(), 0);
-  tbb::parallel_for(std::size_t(0), tried.size(), [&](std::size_t i) { free[i] = hits(tried[i], bone, 1) == 0; });
+  const std::vector<int> found = collisions_.hits(tried, bone, 1);
   bool grew = false;
   for (std::size_t i = 0; i < tried.size(); ++i) {
-    if (free[i]) take(tried[i], bone), grew = true;
+    if (found[i] == 0) take(tried[i], bone), grew = true;
     else dead(tried[i], bone) = 1;
   }
-  if (grew) fields_[bone] = PartField(owner, shape_, bone);
+  if (grew) collisions_.set_part(owner, bone);
   return grew || !waiting.empty();
 }
 
@@ -145,7 +127,7 @@ std::vector<std::size_t> Regrowth::fill() {
         const int bone = owner[n];
         if (bone < 0 || std::find(seen.begin(), seen.end(), bone) != seen.end()) return;
         seen[count++] = bone;
-        const int found = hits(left[i], bone, kMany);
+        const int found = collisions_.hits({std::uint32_t(left[i])}, bone, kMany).front();
         if (found < least || (found == least && bone == design_.segmentation.owner[left[i]])) least = found, choice[i] = bone;
       });
     });

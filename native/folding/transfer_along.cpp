@@ -7,6 +7,7 @@
 #include "folding/cores.h"
 #include "folding/folding.h"
 #include "folding/regrowth.h"
+#include "folding/smoothing.h"
 
 namespace transformables {
 namespace folding {
@@ -40,6 +41,21 @@ Segmentation transferred(const Design& design, const FoldPath& path, const Foldi
   return design.segmentation;
 }
 
+/// Smooths a segmentation's interfaces along a path. Level sets round off corners, which can cost a little carving: more than a
+/// small share of the target, or than `most`, is not worth the looks.
+Segmentation smoothed(const Design& design, const FoldPath& path, const FoldingOptions& options, double most, double& carving) {
+  constexpr double kWorth = 0.003;
+  const float tolerance = float(options.tolerance_steps);
+  const auto moves = sampled_moves(design, path, options.largest_step_rad);
+  Segmentation changed = design.segmentation;
+  changed.owner = smoothed_owners(design, changed.owner, cores_of(design), moves, tolerance);
+  changed = retiled(changed, design.character, design.target, design.embedding);
+  const double after = double(count(carving_of(design, changed.owner, moves, tolerance))) * design.sample_volume();
+  if (after > std::min(most, carving + kWorth * double(design.target.inside.size()) * design.sample_volume())) return design.segmentation;
+  carving = after;
+  return changed;
+}
+
 }  // namespace
 }  // namespace folding
 
@@ -58,6 +74,7 @@ Segmentation transfer_along(const Segmentation& segmentation, const Character& c
 
 Folding fold(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
              const FoldingOptions& options, const Progress& progress) {
+  constexpr double kWorthARound = 0.05;  // of what collides, that a round must mend for another to follow
   if (options.rounds < 1) throw InvalidInput("folding: rounds must be at least 1");
   Folding best;
   Segmentation current = segmentation;
@@ -75,9 +92,15 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
     if (result.colliding_after < best.carving_after)
       best = {path, changed, best.carving_before, result.colliding_after, helped ? std::move(result.yielding) : std::move(best.yielding)};
     current = std::move(changed);
-    if (!helped || best.carving_after == 0 || round + 1 == options.rounds) break;
+    const bool slow = result.colliding_after > (1 - kWorthARound) * result.colliding_before;
+    if (slow || best.carving_after == 0 || round + 1 == options.rounds) break;
     path = plan(current, character, target, embedding, again, part, &path);
   }
+  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  arena.execute([&] {
+    const folding::Design design{character, best.segmentation, target, embedding};
+    best.segmentation = folding::smoothed(design, best.path, options, best.carving_before, best.carving_after);
+  });
   best.path = measured(best.path, best.segmentation, character, target, embedding, options);
   return best;
 }

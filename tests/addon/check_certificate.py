@@ -16,6 +16,7 @@ import sys
 
 import numpy as np
 
+AT_ONCE = 20_000  # pairs of triangles
 ROUNDING = 1e-6   # what parts' places may differ by: single precision at lengths of 0.5
 
 
@@ -154,12 +155,17 @@ def mesh_distance(p, q, reach):
     order = np.argsort(cq[:, 0])
     q, cq, rq = q[order], cq[order], rq[order]
     widest = rq.max()
+    pairs, waiting = [], 0
     for n in range(len(p)):
         radius = reach + rp[n] + widest
         first, last = np.searchsorted(cq[:, 0], (cp[n, 0] - radius, cp[n, 0] + radius))
         near = first + np.flatnonzero(np.linalg.norm(cq[first:last] - cp[n], axis=1) < reach + rp[n] + rq[first:last])
-        if len(near):
-            best = min(best, triangle_distances(np.broadcast_to(p[n], (len(near), 3, 3)), q[near]).min())
+        pairs.append((n, near))
+        waiting += len(near)
+        if waiting and (waiting > AT_ONCE or n + 1 == len(p)):
+            mine = np.repeat([m for m, _ in pairs], [len(others) for _, others in pairs])
+            best = min(best, triangle_distances(p[mine], q[np.concatenate([others for _, others in pairs])]).min())
+            pairs, waiting = [], 0
     return best
 
 

@@ -47,8 +47,20 @@ def test_a_preview_is_never_called_certified(result):
     assert built(result, preview=True)["certified"] is False
 
 
+def test_only_a_proof_makes_a_design_certified(result):
+    place = {"bone_a": 0, "bone_b": 1, "move": 0, "fraction": 0.5, "distance": 0.0001, "reason": "touching"}
+    made = built(result, certificate={"holds": False, "gap": 0.0, "open": [place]}, minimum_clearance=0.0004)
+    assert made["certified"] is False and made["collisions"] == []
+    assert made["minimum_clearance_mm"] == pytest.approx(0.12)  # what samples show
+    (told,) = made["uncertified"]
+    assert told["bones"] == ["root", "arm"] and told["distance_mm"] == pytest.approx(0.03)
+    assert "'root' and 'arm' touch at frame" in report.uncertified_line(told)
+    proved = built(result, certificate={"holds": True, "gap": 0.0005, "open": []}, minimum_clearance=0.0004)
+    assert proved["certified"] is True and proved["minimum_clearance_mm"] == pytest.approx(0.15)
+
+
 def test_the_file_is_strict_json_whatever_the_numbers(result, tmp_path):
-    made = built(result, minimum_clearance=math.inf)
+    made = built(result, minimum_clearance=math.inf, certificate=None)
     report.write(tmp_path / "r.json", made)
     read = json.loads((tmp_path / "r.json").read_text(), parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
     assert read["minimum_clearance_mm"] is None

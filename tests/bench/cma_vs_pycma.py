@@ -75,9 +75,9 @@ def main():
         ratio = mine["median"] / other["median"] if other and other["median"] and mine["median"] else None
         rows.append({"function": case[0], "dimension": case[1], "population": case[4], "ours": mine, "pycma": other, "ratio": ratio})
         print(f"{case[0]:<11}{case[1]:>3}  ours {text(mine):<18} pycma {text(other):<18} ratio {f'{ratio:.2f}' if ratio else '-'}", flush=True)
-    if arguments.json:
-        with open(arguments.json, "w") as out:
-            json.dump({"pycma": getattr(cma, "__version__", None), "rows": rows}, out, indent=1)
+        if arguments.json:  # after each row: a run that is cut short keeps what it has
+            with open(arguments.json, "w") as out:
+                json.dump({"pycma": getattr(cma, "__version__", None), "rows": rows}, out, indent=1)
 
 
 if __name__ == "__main__":

@@ -104,6 +104,28 @@ def test_a_sheet_without_volume_is_refused_in_a_line(scene, tmp_path, capfd):
     assert len(errors) == 1 and list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("scale, rotation", [(0.01, (20, 30, 40)), (100, (0, 0, 0))])
+def test_a_character_of_any_size_and_turn_is_designed(scene, scale, rotation):
+    scenes.placed(scene[0], rotation, (7, 8, 9), (scale,) * 3)
+    result = finished(scene)["result"]
+    assert result["finishing"]["filled_volume_pct"] > 70
+
+
+def test_names_of_any_letters_and_quotes_come_through(scene, tmp_path):
+    scene[0].name, scene[1].name = 'W\u00e4chter "A" \'x\' 1.001', "Kiste \u00fc \u65e5\u672c"
+    names = ['"one".001', "b'\\\\two", "\u00f6 [3]"]
+    for bone, name in zip(list(scene[0].data.bones), names):
+        bone.name = name
+    out = tmp_path / "\u00fc o.blend"
+    code = cli.run(["design", "--character", scene[0].name, "--target", scene[1].name, "--resolution", "16", "--output", str(out)])
+    assert code in (0, 3)
+    bpy.ops.wm.open_mainfile(filepath=str(out))
+    rig = next(o for o in bpy.data.objects if o.get("transformable_role") == "rig")
+    assert sorted(b.name for b in rig.data.bones) == sorted(names)
+    channels = [c.data_path for c in rig.animation_data.action.fcurves]
+    assert channels and all(rig.path_resolve(path) is not None for path in channels)
+
+
 def test_an_empty_mesh_is_refused(scene):
     empty = scenes.mesh_object("empty", [], [])
     event = finished((scene[0], empty))

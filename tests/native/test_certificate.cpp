@@ -42,7 +42,11 @@ struct Case {
     options.enough = 1;  // the true gap is asked for
     options.tolerance = 0.05;
   }
-  void add(int owner, TriangleMesh mesh) { parts.parts.push_back({owner, std::move(mesh), 0}); }
+  void add(int owner, TriangleMesh mesh) {
+    Part& part = parts.parts.emplace_back();
+    part.bone = owner;
+    part.mesh = std::move(mesh);
+  }
   Certificate certified() const { return certify(parts, character, embedding, path, options, {}); }
 };
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "finishing/finishing.h"
+#include "finishing/thin.h"
 
 namespace transformables {
 namespace {
@@ -309,6 +310,35 @@ TEST(Finish, AThinFinThatPassesBetweenCoarseStepsStillCarves) {
   EXPECT_TRUE(parts.collisions.empty());
   EXPECT_GT(parts.carved_volume_pct, 1);
   EXPECT_GE(parts.minimum_clearance, 0);
+}
+
+// A block with a blade half a sample thick on it; the grid's step is 1 / 64.
+finishing::PartField block_with_blade() {
+  finishing::PartField part;
+  part.psi = sampled_field(41, 1.0 / 64, [](const Vector3d& p) {
+    return std::min(box_distance(p, {-0.15, -0.15, -0.15}, {0.05, 0.15, 0.15}), box_distance(p, {0, -0.1, -0.002}, {0.2, 0.1, 0.002}));
+  });
+  part.core = Grid<float>(part.psi.shape, 1);
+  part.distance = finishing::redistanced(part.psi);
+  return part;
+}
+
+TEST(TakeThin, TakesABladeAndLeavesTheBlockWithItsEdges) {
+  finishing::PartField part = block_with_blade();
+  const Grid<float> before = part.psi;
+  EXPECT_GT(finishing::take_thin(part, 0.012), 0u);
+  for (std::size_t n = 0; n < before.values.size(); ++n) {
+    const Vector3d p = part.psi.shape.position(n);
+    EXPECT_GE(part.psi[n], before[n]);
+    if (p.x() > 0.1) EXPECT_GE(part.psi[n], 0);
+    if (p.x() < 0.05) EXPECT_EQ(part.psi[n] < 0, before[n] < 0);
+  }
+}
+
+TEST(TakeThin, LeavesACore) {
+  finishing::PartField part = block_with_blade();
+  part.core = part.psi;
+  EXPECT_EQ(finishing::take_thin(part, 0.012), 0u);
 }
 
 TEST(Finish, SkeletonsAreNotCarvedForAnothersSkin) {

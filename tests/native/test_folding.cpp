@@ -8,8 +8,10 @@
 #include <queue>
 
 #include "folding/carve_estimate.h"
+#include "folding/cores.h"
 #include "folding/folding.h"
 #include "folding/overlap.h"
+#include "folding/smoothing.h"
 
 namespace transformables {
 namespace {
@@ -396,6 +398,63 @@ TEST(TransferAlong, KeepsEverySkeletonWithItsBone) {
   const Segmentation after = transfer_along(m.segmentation, m.character, m.target, m.embedding, greedy(m), {}, {});
   for (const std::size_t s : m.target.inside)
     EXPECT_TRUE(after.owner[s] == 0 || distance(Segment{{-0.15, 0, -0.08}, {0.15, 0, -0.08}}, m.segmentation.shape.position(s)) > 0.01);
+}
+
+// Teeth of one sample on every third sample of the interface, and an island.
+std::vector<std::int16_t> roughened(const Made& m) {
+  std::vector<std::int16_t> owner = m.segmentation.owner;
+  const GridShape& g = m.segmentation.shape;
+  for (const std::size_t s : m.target.inside) {
+    const Eigen::Vector3d p = g.position(s);
+    if (owner[s] == 0 && p.x() > -g.step && (g.cell(s).y() + g.cell(s).z()) % 3 == 0) owner[s] = 1;
+    if ((p - Eigen::Vector3d(0.12, 0.08, 0.08)).norm() < 1.2 * g.step) owner[s] = std::int16_t(1 - owner[s]);
+  }
+  return owner;
+}
+
+// Faces between samples of different owners.
+int faces_between(const Made& m, const std::vector<std::int16_t>& owner) {
+  const GridShape& g = m.segmentation.shape;
+  int count = 0;
+  for (const std::size_t s : m.target.inside)
+    for (int axis = 0; axis < 3; ++axis) {
+      Eigen::Vector3i c = g.cell(s);
+      ++c[axis];
+      if (g.contains(c) && owner[g.index(c)] >= 0) count += owner[g.index(c)] != owner[s];
+    }
+  return count;
+}
+
+folding::Design design_of(const Made& m) { return {m.character, m.segmentation, m.target, m.embedding}; }
+
+TEST(Smoothing, TakesTeethAndIslandsAwayWhereNothingForbidsIt) {
+  const Made m = two_boxes(-kQuarter);
+  const std::vector<std::int16_t> rough = roughened(m), none(rough.size(), -1);
+  ASSERT_GT(faces_between(m, rough), faces_between(m, m.segmentation.owner));
+  const auto smooth = folding::smoothed_owners(design_of(m), rough, none, {}, 0.25f);
+  EXPECT_EQ(faces_between(m, smooth), faces_between(m, m.segmentation.owner));
+  for (std::size_t s = 0; s < smooth.size(); ++s) EXPECT_EQ(smooth[s] >= 0, m.segmentation.owner[s] >= 0);
+}
+
+TEST(Smoothing, LeavesCoresAlone) {
+  const Made m = two_boxes(-kQuarter);
+  const std::vector<std::int16_t> rough = roughened(m);
+  EXPECT_EQ(folding::smoothed_owners(design_of(m), rough, rough, {}, 0.25f), rough);
+}
+
+TEST(Smoothing, MakesNothingCollideThatDidNot) {
+  Made m = slab_in_the_way();
+  const FoldPath path = greedy(m);
+  m.segmentation = transfer_along(m.segmentation, m.character, m.target, m.embedding, path, {}, {});
+  const folding::Design design = design_of(m);
+  const auto moves = folding::sampled_moves(design, path, FoldingOptions{}.largest_step_rad);
+  const auto colliding = [&](const std::vector<std::int16_t>& owner) {
+    const std::vector<char> gone = folding::carving_of(design, owner, moves, 0.25f);
+    return std::count(gone.begin(), gone.end(), char(1));
+  };
+  const auto smooth = folding::smoothed_owners(design, m.segmentation.owner, folding::cores_of(design), moves, 0.25f);
+  EXPECT_LE(colliding(smooth), colliding(m.segmentation.owner));
+  EXPECT_LE(faces_between(m, smooth), faces_between(m, m.segmentation.owner));
 }
 
 TEST(Fold, NeverLeavesMoreToCarveThanThePlanAloneAndKeepsATiling) {

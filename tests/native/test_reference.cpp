@@ -187,7 +187,7 @@ TEST(ReferenceObjective, ThePapersFloodAndProductionsGiveMostVoxelsTheSameBone) 
       }
     });
     std::cout << "  " << at.name << ": same bone on " << 100 * same / inside << " % of voxels\n";
-    EXPECT_GT(same / inside, 0.7) << at.name;
+    EXPECT_GT(same / inside, 0.6) << at.name;
   }
 }
 

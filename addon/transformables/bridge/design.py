@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The bridge's door, for the panel and the headless command alike: gather a job from objects, apply its result."""
+from array import array
 import json
 
 import bpy
+import numpy as np
 
-from ..core import report, schedule
+from ..core import kinematics, report, schedule
 from ..core.options import UserError
 from . import animation, armature, mesh, rig
 
 VERSION = "0.1.0"
+REMESHED_WITHIN = 0.003  # target units from the target's surface: a re-meshed part's face is an outer one
 SMALLEST_SIDE = 1e-3  # Blender units: it deletes bones that are shorter than a millionth
 
 
@@ -57,7 +60,8 @@ def apply(context, result, arrays, character_obj, target_obj, options):
     collection = rig.result_collection(context, character_obj, target_obj)
     new_rig = rig.new_rig(context, f"{character_obj.name} rig", layout, collection, rig.standing_place(layout, parts, result))
     rig.mark(new_rig, character_obj, target_obj)
-    objects = rig.new_parts(new_rig, layout, parts, collection, _materials(target_obj))
+    objects = rig.new_parts(new_rig, layout, parts, collection, [])
+    _dress(context, objects, parts, result, arrays, layout, target_obj)
     action = animation.new_fold(new_rig, layout, plan, result)
     animation.add_slider(new_rig, action, plan.last_frame)
     new_rig["transformable_stored"] = json.dumps({key: result[key] for key in ("options", "embedding", "path")})
@@ -68,6 +72,26 @@ def apply(context, result, arrays, character_obj, target_obj, options):
             "report": report.build(result, plan, VERSION, bpy.app.version_string)}
 
 
-def _materials(target_obj):
-    """The target's first material: the parts' faces can't say yet which of several was theirs."""
-    return [slot.material for slot in target_obj.material_slots[:1] if slot.material]
+def _dress(context, objects, parts, result, arrays, layout, target_obj):
+    """The target's materials and UVs on the parts, which are pieces of it; interfaces get a material of their own."""
+    if not parts:
+        return
+    skin = mesh.read_skin(context, target_obj)
+    frames = _folded_frames(result, arrays, layout)
+    for index, (obj, (body, vertices, triangles)) in enumerate(zip(objects, parts)):
+        rotation, head = frames[body]
+        source = arrays.get(f"part_{index}_source")  # results made by older versions have none
+        source = np.frombuffer(source[1], np.int32) if source else np.full(len(triangles), -1, np.int32)
+        skin.dress(obj.data, (vertices @ rotation.T + head)[triangles], source, REMESHED_WITHIN * layout.unit)
+
+
+def _folded_frames(result, arrays, layout):
+    """Each body's rotation and head in object mode, world space: where the parts make up the target."""
+    character, target, embedding = result["character"], result["target"], result["embedding"]
+    skeleton = kinematics.Skeleton(layout.members, character["body_parents"], layout.hinges, layout.first_angle,
+                                   *(array("d", bytes(arrays[name][1])) for name in ("heads", "tails", "axes")))
+    root = embedding["root"]
+    rotation = tuple(tuple(root[4 * c + r] for c in range(3)) for r in range(3))
+    head = tuple(root[12 + r] * layout.unit + target["centre"][r] for r in range(3))
+    frames = skeleton.frames(rotation, head, embedding["angles"], embedding["morphology"], character["scale"] * layout.unit)
+    return [(np.array(r), np.array(h)) for r, h in frames]

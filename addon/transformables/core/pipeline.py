@@ -17,6 +17,8 @@ UNTIL = ("embedding", "segmentation", "folding", "finishing")
 STAGES = ("character", "target", *UNTIL)
 PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: printing)
 PREVIEW_CLEARANCE_MM = 0.05
+LEAST_CLEARANCE = 1e-4     # target units: parts made without a gap have no proof, but are looked at
+TOUCHING = 0.02            # parts nearer than this share of the clearance count as touching
 ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
 EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "symmetric", "deepest_protrusion", "deepest_collision")
 
@@ -45,7 +47,7 @@ class _Run:
         self.armature = job["character"]
         self.job = job
         self.seconds, self.warnings = {}, []
-        self.path = self.parts = self.segmentation = None
+        self.path = self.parts = self.segmentation = self.certificate = None
         self.part_arrays = {}
 
     def run(self):
@@ -149,22 +151,37 @@ class _Run:
                             "run the folding stage again") from None
 
     def _finishing(self):
-        self._finish(self.path, self.options.clearance_mm, self.options.style, "finishing")
+        self._finish(self.path, self.options.clearance_mm, self.options.style, "finishing", 0.9)
+        self._certify(0.9)
+
+    def _certify(self, start):
+        """The proof that the finished parts stay apart; its intervals travel as an array."""
+        began = time.perf_counter()
+        clearance = self.options.target_units(self.options.clearance_mm)
+        enough = max(clearance, LEAST_CLEARANCE)
+        self.certificate = self.tn.certify(self.parts, self.character, self.embedding, self.path, enough=enough,
+                                           least=TOUCHING * enough, threads=self.options.threads,
+                                           progress=self._progress("finishing", start))
+        flat = array("d", (number for row in self.certificate.intervals for number in row))
+        self.part_arrays["certificate_intervals"] = ("d", flat.tobytes())
+        self.seconds["certificate"] = time.perf_counter() - began
 
     def _preview(self):
         """Part meshes of a design that is not finished: nothing is carved."""
         self._finish(self.tn.FoldPath(moves=[]), min(PREVIEW_CLEARANCE_MM, self.options.clearance_mm), "solid", "preview")
 
-    def _finish(self, path, clearance_mm, style, stage):
+    def _finish(self, path, clearance_mm, style, stage, end=1.0):
         self.parts = self.tn.finish(
             self.segmentation, self.character, self.target, self.embedding, path,
             clearance=self.options.target_units(clearance_mm), style=style,
             wall=self.options.target_units(self.options.wall_mm), threads=self.options.threads,
-            progress=self._progress(stage))
+            progress=self._progress(stage, 0.0, end))
         self._warn(self.parts.warnings)
         for index, part in enumerate(self.parts.parts):
             self.part_arrays[f"part_{index}_vertices"] = ("d", part["vertices"])
             self.part_arrays[f"part_{index}_triangles"] = ("i", part["triangles"])
+            if "source" in part:  # a triangle each: the cleaned target's that it is a piece of, or -1 at interfaces
+                self.part_arrays[f"part_{index}_source"] = ("i", part["source"])
 
     def _tell_pose(self, embedding):
         """Best pose so far, as lines between points in Blender's world (two a bone)."""
@@ -211,7 +228,13 @@ class _Run:
         return {"parts": [{"bone": part["bone"], "volume": part["volume"]} for part in self.parts.parts],
                 "preview": self.until != "finishing", "collisions": [dict(c) for c in self.parts.collisions],
                 "minimum_clearance": self.parts.minimum_clearance,
-                "carved_volume_pct": self.parts.carved_volume_pct, "filled_volume_pct": self.parts.filled_volume_pct}
+                "carved_volume_pct": self.parts.carved_volume_pct, "filled_volume_pct": self.parts.filled_volume_pct,
+                "certificate": self._certificate_result()}
+
+    def _certificate_result(self):
+        if self.certificate is None:
+            return None
+        return {"holds": self.certificate.holds, "gap": self.certificate.gap, "open": [dict(place) for place in self.certificate.open]}
 
 
 def _plain(value):

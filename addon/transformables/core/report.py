@@ -15,6 +15,8 @@ def build(result, schedule, version, blender, warnings=()):
     collisions = _collisions(result, schedule, options) if finishing else []
     terms = dict(embedding["terms"])
     finished = bool(finishing) and not finishing["preview"]
+    certificate = finishing["certificate"] if finished else None
+    holds = bool(certificate) and certificate["holds"]
     return _finite({
         "version": version, "blender": blender, "native_version": result["native_version"],
         "seconds": dict(result["seconds"]),
@@ -23,10 +25,12 @@ def build(result, schedule, version, blender, warnings=()):
         "grid": list(result["target"]["grid"]), "resolution": options.resolution, "seed": options.seed,
         "options": result["options"], "symmetric": embedding["symmetric"],
         "objective": {**terms, "weighted_sum": terms.get("total")},
-        # What is measured at samples of the whole motion, after all is carved; not yet a proof between samples.
-        "certified": finished and not collisions,
-        "minimum_clearance_mm": options.millimetres(finishing["minimum_clearance"]) if finished else None,
+        # Proved for every time of the motion, for the meshes as they are (native/finishing/certificate.h); where there is no proof, the
+        # clearance is what samples show.
+        "certified": holds and not collisions,
+        "minimum_clearance_mm": options.millimetres(certificate["gap"] if holds else finishing["minimum_clearance"]) if finished else None,
         "collisions": collisions,
+        "uncertified": _uncertified(result, schedule, options, certificate) if certificate else [],
         "carved_volume_pct": finishing["carved_volume_pct"] if finished else None,
         "filled_volume_pct": finishing["filled_volume_pct"] if finished else None,
         "folding_order": folding_order(result, schedule),
@@ -52,10 +56,27 @@ def collision_line(collision):
             f"{collision['volume_mm3']:.3g} mm3")
 
 
+def uncertified_line(place):
+    """One place without proof in words."""
+    what = {"touching": "touch", "inside": "lie within each other", "unresolved": "could not be shown to stay apart"}[place["reason"]]
+    return f"'{place['bones'][0]}' and '{place['bones'][1]}' {what} at frame {place['frame']:g}"
+
+
 def write(path, report):
     with open(path, "w", encoding="utf-8") as out:
         json.dump(report, out, indent=1, allow_nan=False)
         out.write("\n")
+
+
+def _frame(schedule, move, fraction):
+    step = next((s for s in schedule.steps if s.move == move), None)
+    return round(schedule.frame_of(step.move, fraction) if step else schedule.last_frame, 3)
+
+
+def _uncertified(result, schedule, options, certificate):
+    bodies = result["character"]["bodies"]
+    return [{"bones": [bodies[place["bone_a"]], bodies[place["bone_b"]]], "frame": _frame(schedule, place["move"], place["fraction"]),
+             "distance_mm": options.millimetres(place["distance"]), "reason": place["reason"]} for place in certificate["open"]]
 
 
 def _collisions(result, schedule, options):

@@ -1,0 +1,36 @@
+// Whether a sample, as material of a part, meets another part anywhere along a path.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "folding/carve_estimate.h"
+#include "folding/motion.h"
+
+namespace transformables::folding {
+
+class PathCollisions {
+ public:
+  /// @param present  [bone]: it has a part, so others can meet it
+  PathCollisions(const Design& design, const std::vector<char>& present, const std::vector<SampledMove>& moves, float tolerance);
+
+  /// What a part is from now on: the samples that `owner` gives it.
+  void set_part(const std::vector<std::int16_t>& owner, int bone) { fields_[bone] = PartField(owner, shape_, bone); }
+
+  /// For each sample in how many encounters of the path it would collide as material of `bone`; counts up to `enough`.
+  std::vector<int> hits(const std::vector<std::uint32_t>& samples, int bone, int enough) const;
+
+ private:
+  struct Encounter {
+    int other = 0;
+    PairMotion motion;
+  };
+  void hits_of_brick(const std::vector<Eigen::Vector3f>& points, int bone, int enough, std::vector<int>& found) const;
+
+  const GridShape& shape_;
+  float tolerance_;
+  std::vector<std::vector<Encounter>> encounters_;  // [bone]
+  std::vector<PartField> fields_;
+};
+
+}  // namespace transformables::folding
