@@ -330,8 +330,8 @@ TEST(TakeThin, TakesABladeAndLeavesTheBlockWithItsEdges) {
   for (std::size_t n = 0; n < before.values.size(); ++n) {
     const Vector3d p = part.psi.shape.position(n);
     EXPECT_GE(part.psi[n], before[n]);
-    if (p.x() > 0.1) EXPECT_GE(part.psi[n], 0);
-    if (p.x() < 0.05) EXPECT_EQ(part.psi[n] < 0, before[n] < 0);
+    if (p.x() > 0.1) { EXPECT_GE(part.psi[n], 0); }
+    if (p.x() < 0.05) { EXPECT_EQ(part.psi[n] < 0, before[n] < 0); }
   }
 }
 
