@@ -1,6 +1,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <functional>
+#include <limits>
 
 #include "character/armature.h"
 #include "character/character.h"
@@ -53,22 +53,40 @@ void join_fixed_bones(const std::vector<ArmatureBone>& bones, const BoneTree& tr
   }
 }
 
-/// A link to one child runs straight to its head. With several children a spine follows the bone as far as they need it, with a
-/// rib to each: straight links to all would pass through the housings of those on the way.
-void lay_links(const ArmatureBone& bone, const std::vector<Eigen::Vector3d>& ends, const std::function<void(Eigen::Vector3d, Eigen::Vector3d)>& add) {
+using Links = std::vector<Segment>;
+
+/// How near, at least, a link passes by a child's head that it does not lead to: there the child's housing would cut it.
+double least_passing(const Links& links, const std::vector<Eigen::Vector3d>& ends) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Segment& link : links)
+    for (const Eigen::Vector3d& end : ends)
+      if (end != link.a && end != link.b) least = std::min(least, distance(link, end));
+  return least;
+}
+
+/// A spine along the bone as far as its children need it, in pieces, with a rib to each child.
+Links spine_and_ribs(const ArmatureBone& bone, const std::vector<Eigen::Vector3d>& ends) {
   const Eigen::Vector3d along = bone.tail - bone.head;
-  const double length2 = along.squaredNorm();
-  if (ends.size() < 2 || !(length2 > 0)) {
-    for (const Eigen::Vector3d& end : ends) add(bone.head, end);
-    return;
-  }
   std::vector<double> joints{0};
+  Links links;
   for (const Eigen::Vector3d& end : ends) {
-    joints.push_back(std::clamp((end - bone.head).dot(along) / length2, 0.0, 1.0));
-    add(bone.head + joints.back() * along, end);
+    joints.push_back(std::clamp((end - bone.head).dot(along) / along.squaredNorm(), 0.0, 1.0));
+    links.push_back({bone.head + joints.back() * along, end});
   }
   std::sort(joints.begin(), joints.end());
-  for (std::size_t n = 1; n < joints.size(); ++n) add(bone.head + joints[n - 1] * along, bone.head + joints[n] * along);
+  for (std::size_t n = 1; n < joints.size(); ++n) links.push_back({bone.head + joints[n - 1] * along, bone.head + joints[n] * along});
+  return links;
+}
+
+/// Straight links from the head to all ends, unless they pass by other children's housings so closely that these would cut
+/// them, and a spine with ribs keeps clearly more distance.
+Links lay_links(const ArmatureBone& bone, const std::vector<Eigen::Vector3d>& ends) {
+  constexpr double kClearlyMore = 1.5;
+  Links straight;
+  for (const Eigen::Vector3d& end : ends) straight.push_back({bone.head, end});
+  if (ends.size() < 2 || bone.tail == bone.head) return straight;
+  Links ribs = spine_and_ribs(bone, ends);
+  return least_passing(ribs, ends) > kClearlyMore * least_passing(straight, ends) ? ribs : straight;
 }
 
 /// The links of all members, to the heads of their children, be they of this body or of the next: so the skeleton is
@@ -81,9 +99,8 @@ std::vector<Segment> lay_segments(const std::vector<ArmatureBone>& bones, const 
     std::vector<Eigen::Vector3d> ends;
     for (const int child : tree.children[i]) ends.push_back(bones[child].head);
     if (ends.empty()) ends.push_back(bones[i].tail);
-    lay_links(bones[i], ends, [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-      if ((a - b).norm() > kPointTolerance * tree.size) segments.push_back({to_body * a, to_body * b});
-    });
+    for (const Segment& link : lay_links(bones[i], ends))
+      if ((link.a - link.b).norm() > kPointTolerance * tree.size) segments.push_back({to_body * link.a, to_body * link.b});
   }
   if (segments.empty()) segments.push_back({});
   return segments;
