@@ -136,12 +136,12 @@ class Rig:
 
 def spider():
     rig = Rig("spider")
-    rig.bone("body", None, (0, -0.5, 0.5), (0, 0.5, 0.5))
+    rig.bone("body", None, (0, -0.75, 0.5), (0, 0.75, 0.5))
     for side, sign in (("L", 1), ("R", -1)):
-        for index, angle in enumerate((-50, -17, 17, 50)):
+        for index, angle in enumerate((-60, -20, 20, 60)):
             out = Vector((sign * math.cos(math.radians(angle)), math.sin(math.radians(angle)), 0))
-            hip = Vector((sign * 0.18, 0.34 * (index - 1.5), 0.5))
-            knee, foot = hip + 0.5 * out + Vector((0, 0, 0.25)), hip + 0.85 * out - Vector((0, 0, 0.5))
+            hip = Vector((sign * 0.18, 0.5 * (index - 1.5), 0.5))
+            knee, foot = hip + 0.5 * out + Vector((0, 0, 0.25)), hip + 1.1 * out - Vector((0, 0, 0.4))
             axis = out.cross(Vector((0, 0, 1)))
             rig.bone(f"upper{index + 1}.{side}", "body", hip, knee, axis, -110, 110)
             rig.bone(f"lower{index + 1}.{side}", f"upper{index + 1}.{side}", knee, foot, axis, -150, 150)
