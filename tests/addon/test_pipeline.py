@@ -10,7 +10,7 @@ from jobs import STAND_IN, two_bones
 from transformables.core import pipeline
 from transformables.core.options import UserError
 
-ALL = ["make_character", "make_target", "fitted", "embed", "grow", "transfer", "fold", "finish", "certify"]
+ALL = ["make_character", "make_target", "fitted", "embed", "grow", "transfer", "fold", "finish"]
 
 
 class Ears:
