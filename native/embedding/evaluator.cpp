@@ -31,6 +31,7 @@ Evaluator::Evaluator(const Character& character, const Target& target, std::shar
                      const ObjectiveWeights& weights)
     : target_(target), voxels_(std::move(voxels)), weights_(weights), skeleton_(character) {
   field_.assign(std::size_t(voxels_->cells), kUnreached);
+  protrusions_.assign(character.bones.size(), 0);
   for (const Bone& bone : character.bones) {
     const std::size_t count = std::max<std::size_t>(1, bone.segments.size());
     for (std::size_t s = 0; s < count; ++s) {
@@ -77,13 +78,14 @@ void Evaluator::add_limits(const Pose& pose, ObjectiveTerms& terms) const {
     }
 }
 
-void Evaluator::add_protrusion(Evaluation& evaluation) const {
+void Evaluator::add_protrusion(Evaluation& evaluation) {
   double sum = 0;
   const auto& bones = skeleton_.character.bones;
   for (std::size_t i = 0; i < bones.size(); ++i) {
     double deepest = 0;
     for (int s = skeleton_.first_segment[i]; s < skeleton_.first_segment[i + 1]; ++s)
       deepest = std::max(deepest, protrusion(skeleton_.segments[std::size_t(s)], stations_[std::size_t(s)], bones[i].radius, sum));
+    protrusions_[i] = deepest;
     evaluation.violation += deepest;
     evaluation.deepest_protrusion = std::max(evaluation.deepest_protrusion, deepest);
   }
@@ -280,6 +282,19 @@ void Evaluator::read_labels(std::vector<std::int16_t>& labels) const {
     const Eigen::Vector3i c = voxel.cwiseMax(0).cwiseMin(vox.size - Eigen::Vector3i::Ones());
     const std::int32_t bone = field_[std::size_t(vox.cell(c.x(), c.y(), c.z()))] & kNoLabel;
     labels[i] = std::int16_t(bone == kNoLabel ? nearest_bone(shape.position(i)) : bone);
+  }
+}
+
+void Evaluator::read_partition(std::vector<std::int16_t>& bones) const {
+  const Voxels& vox = *voxels_;
+  bones.clear();
+  for (const Voxels::Row& row : vox.rows) {
+    const std::int32_t start = vox.cell(0, row.y, row.z);
+    for (int r = row.first_run; r < row.end_run; ++r)
+      for (std::int32_t c = vox.runs[std::size_t(r)].begin; c < vox.runs[std::size_t(r)].end; ++c) {
+        const std::int32_t bone = field_[std::size_t(c)] & kNoLabel;
+        bones.push_back(std::int16_t(bone == kNoLabel ? nearest_bone(vox.position(c - start, row.y, row.z)) : bone));
+      }
   }
 }
 

@@ -10,13 +10,15 @@ namespace {
 constexpr double kPaperStep = 0.01;
 constexpr std::size_t kFewVoxels = 12000;  // below, each boundary voxel is a sample
 
-int stride_of(double step, int most) { return std::max(1, int(std::ceil(kLongestSide / step / most - 0.01))); }
-
 }  // namespace
+
+int Voxels::stride_of(const Target& target, int most) {
+  return std::max(1, int(std::ceil(kLongestSide / target.distance.shape.step / most - 0.01)));
+}
 
 Voxels::Voxels(const Target& target, int most) {
   const GridShape& shape = target.distance.shape;
-  stride = stride_of(shape.step, most);
+  stride = stride_of(target, most);
   std::vector<Eigen::Vector3i> inside;
   for (const std::size_t i : target.inside) {
     const Eigen::Vector3i c = shape.cell(i);

@@ -30,6 +30,8 @@ struct Voxels {
 
   /// @param most  voxels along the target's longest side: of finer grids every second, third, ... sample is taken
   explicit Voxels(const Target& target, int most = kMostVoxels);
+  /// Samples of the target's grid a voxel would be, along each axis.
+  static int stride_of(const Target& target, int most);
 
   std::int32_t cell(int x, int y, int z) const { return (z + 1) * slice + (y + 1) * pitch + x + kPad; }
   /// First x >= 0 of a row at which boundary samples are taken; they go on every `spacing` voxels.
