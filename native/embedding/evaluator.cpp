@@ -1,7 +1,9 @@
 #include "embedding/evaluator.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "embedding/flood.h"
 
@@ -21,6 +23,13 @@ void across(const Eigen::Vector3d& d, Eigen::Vector3d& u, Eigen::Vector3d& v) {
   d.cwiseAbs().minCoeff(&smallest);
   u = d.cross(Eigen::Vector3d::Unit(smallest)).normalized();
   v = d.cross(u);
+}
+
+/// Cosine and sine of where the samples of a ring are: those of every second ring stand between those of the first.
+std::array<std::pair<double, double>, 2 * kAround> ring() {
+  std::array<std::pair<double, double>, 2 * kAround> places;
+  for (std::size_t k = 0; k < places.size(); ++k) places[k] = {std::cos(double(k) * M_PI / kAround), std::sin(double(k) * M_PI / kAround)};
+  return places;
 }
 
 double positive(double x) { return x > 0 ? x : 0; }
@@ -97,6 +106,7 @@ double Evaluator::protrusion(const Skeleton::PosedSegment& segment, int stations
   Eigen::Vector3d u, v;
   across(d, u, v);
   double deepest = 0;
+  static const auto kRing = ring();
   const auto add = [&](const Eigen::Vector3d& p) {
     const double out = positive(distance_at(target_, p));
     sum += out * out;
@@ -106,8 +116,8 @@ double Evaluator::protrusion(const Skeleton::PosedSegment& segment, int stations
     const Eigen::Vector3d c = segment.a + segment.length * k / (stations - 1) * d;
     if (distance_at(target_, c) + radius <= 0) continue;  // a distance changes no faster than one goes: all of it is inside
     for (int r = 0; r < kAround; ++r) {
-      const double turn = (r + 0.5 * (k % 2)) * (2 * M_PI / kAround);
-      add(c + radius * (std::cos(turn) * u + std::sin(turn) * v));
+      const auto& [cosine, sine] = kRing[std::size_t(2 * r + k % 2)];
+      add(c + radius * (cosine * u + sine * v));
     }
     if (k == 0) add(c - radius * d);
     if (k == stations - 1) add(c + radius * d);

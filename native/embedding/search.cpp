@@ -19,8 +19,9 @@ constexpr int kRestarts = 2;             // of a run that converged before its b
 // Successive halving: of the starts a third goes on after the short run, an eighth after the middle one.
 constexpr std::size_t kPromising = 3, kGood = 8;
 constexpr int kPosesTried = 16;          // random poses for each start, before any search
-constexpr long kShortRun = 240, kMiddleRun = 720, kLongRun = 2000;
-constexpr int kRoughVoxels = 32;         // along the target's longest side, for the first two rounds
+constexpr long kShortRun = 300, kMiddleRun = 900, kLongRun = 2500;
+constexpr int kRoughVoxels = 32;         // along the target's longest side, for the first rounds
+constexpr std::size_t kRoughFew = 3000;  // voxels: with more, one in five is a boundary sample
 
 /// Box centre when that is inside, else the deepest place inside.
 Eigen::Vector3d start_head(const Target& target) {
@@ -45,7 +46,7 @@ std::shared_ptr<const Voxels> coarser(const Target& target, const std::shared_pt
   });
   const double share = double(kept) * stride * stride * stride / double(target.inside.size());
   if (stride == fine->stride || kept < 1000 || std::abs(share - 1) > 0.1) return fine;
-  return std::make_shared<const Voxels>(target, kRoughVoxels);
+  return std::make_shared<const Voxels>(target, kRoughVoxels, kRoughFew);
 }
 
 }  // namespace
@@ -247,8 +248,8 @@ std::vector<Embedding> Search::wide(int count, double least_difference, const He
   runs = best_that_differ(runs, promising);
   advance(runs, std::min(kMiddleRun, bound));
   runs = best_that_differ(runs, good);
-  go_on_finely(runs);
   advance(runs, std::min(kLongRun, bound));
+  go_on_finely(runs);
   std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.best_value < b.best_value; });
   std::vector<Run> ended;
   std::vector<Embedding> solutions;
