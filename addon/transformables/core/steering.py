@@ -6,6 +6,7 @@ Steering is a dict, every key optional: `weights` {term: number}, `locked` and `
 """
 from .options import UserError
 
+USUAL_WEIGHTS = {"compact": 1.0, "skin": 1.0, "skeleton": 1e3, "protrude": 1e3, "morphology": 0.01}  # the native module's
 KEYS = ("weights", "locked", "pinned", "proportions", "pose")
 
 
