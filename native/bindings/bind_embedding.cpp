@@ -1,3 +1,6 @@
+#include <functional>
+#include <map>
+
 #include "bindings/bindings.h"
 #include "embedding/embedding.h"
 
@@ -24,6 +27,62 @@ py::dict terms_of(const Embedding& e) {
   return d;
 }
 
+ObjectiveWeights weights_from(const std::map<std::string, double>& given) {
+  ObjectiveWeights w;
+  const std::map<std::string, double*> places{{"compact", &w.compact}, {"skin", &w.skin}, {"skeleton", &w.skeleton},
+                                              {"protrude", &w.protrude}, {"limits", &w.limits}, {"morphology", &w.morphology}};
+  for (const auto& [term, weight] : given) {
+    const auto place = places.find(term);
+    if (place == places.end()) throw InvalidInput("the objective has no term called '" + term + "'");
+    *place->second = weight;
+  }
+  return w;
+}
+
+using Locks = std::vector<std::tuple<int, double>>;
+using Pins = std::vector<std::tuple<int, std::vector<double>>>;
+using Proportions = std::vector<std::tuple<int, double, double>>;
+
+EmbeddingOptions options_from(std::uint64_t seed, const std::string& symmetry, bool proportions, int threads,
+                              const std::map<std::string, double>& weights, const Locks& locked, const Pins& pinned,
+                              const Proportions& proportion_of) {
+  EmbeddingOptions options;
+  options.seed = seed;
+  options.symmetry = symmetry_from(symmetry);
+  options.proportions = proportions;
+  options.threads = threads;
+  options.weights = weights_from(weights);
+  for (const auto& [angle, radians] : locked) options.locked.push_back({angle, radians});
+  for (const auto& [bone, frame] : pinned) options.pinned.push_back({bone, frame_from(frame)});
+  for (const auto& [bone, least, largest] : proportion_of) options.proportion_of.push_back({bone, least, largest});
+  return options;
+}
+
+/// Calls a Python function with an embedding; hold `callback` while it lives. None: nothing to call.
+std::function<void(const Embedding&)> hearer(const py::object& callback) {
+  if (callback.is_none()) return {};
+  return [&callback](const Embedding& e) {
+    py::gil_scoped_acquire gil;
+    callback(e);
+  };
+}
+
+py::dict fit_of(const Character& character, const Target& target, const Embedding& e) {
+  const SkeletonFit fit = skeleton_fit(character, target, e.pose, e.morphology);
+  py::list collisions;
+  for (const auto& c : fit.collisions) collisions.append(py::make_tuple(c.first, c.second, c.depth));
+  py::dict d;
+  d["protrusion"] = fit.protrusion;
+  d["collisions"] = collisions;
+  return d;
+}
+
+std::vector<std::vector<double>> bone_frames(const Character& character, const Embedding& e) {
+  std::vector<std::vector<double>> rows;
+  for (const Eigen::Isometry3d& frame : forward_kinematics(character, e.pose, e.morphology)) rows.push_back(flat(frame));
+  return rows;
+}
+
 }  // namespace
 
 void bind_embedding(py::module_& m) {
@@ -42,6 +101,7 @@ void bind_embedding(py::module_& m) {
       .def_property_readonly("angles", [](const Embedding& e) { return flat(e.pose.angles); })
       .def_property_readonly("morphology", [](const Embedding& e) { return flat(e.morphology); })
       .def_property_readonly("terms", &terms_of)
+      .def_readonly("value", &Embedding::value)
       .def_readonly("symmetric", &Embedding::symmetric)
       .def_readonly("deepest_protrusion", &Embedding::deepest_protrusion)
       .def_readonly("deepest_collision", &Embedding::deepest_collision)
@@ -50,26 +110,46 @@ void bind_embedding(py::module_& m) {
   m.def(
       "embed",
       [](const Character& character, const Target& target, std::uint64_t seed, const std::string& symmetry, bool proportions,
-         int threads, const std::optional<Embedding>& start, const py::object& progress, const py::object& best) {
-        EmbeddingOptions options;
-        options.seed = seed;
-        options.symmetry = symmetry_from(symmetry);
-        options.proportions = proportions;
-        options.threads = threads;
+         int threads, const std::map<std::string, double>& weights, const Locks& locked, const Pins& pinned,
+         const Proportions& proportion_of, const std::optional<Embedding>& start, const py::object& progress, const py::object& best) {
+        const EmbeddingOptions options = options_from(seed, symmetry, proportions, threads, weights, locked, pinned, proportion_of);
         const Progress tell = progress_from(progress);
-        std::function<void(const Embedding&)> show;
-        if (!best.is_none())
-          show = [&best](const Embedding& e) {
-            py::gil_scoped_acquire gil;
-            best(e);
-          };
+        const auto show = hearer(best);
         py::gil_scoped_release release;
         return embed(character, target, options, tell, start, show);
       },
       py::arg("character"), py::arg("target"), py::kw_only(), py::arg("seed") = 0, py::arg("symmetry") = "auto",
-      py::arg("proportions") = true, py::arg("threads") = 0, py::arg("start") = py::none(), py::arg("progress") = py::none(),
-      py::arg("best") = py::none(),
-      "Folds the fitted character's skeleton into the target (CMA-ES). best(Embedding) hears of each better pose. Raises InvalidInput, Cancelled.");
+      py::arg("proportions") = true, py::arg("threads") = 0, py::arg("weights") = std::map<std::string, double>{},
+      py::arg("locked") = Locks{}, py::arg("pinned") = Pins{}, py::arg("proportion_of") = Proportions{}, py::arg("start") = py::none(),
+      py::arg("progress") = py::none(), py::arg("best") = py::none(),
+      "Folds the fitted character's skeleton into the target (CMA-ES). weights: term -> number, for terms that are not to have the usual "
+      "one; locked: (angle index, radians); pinned: (bone, its frame in the target's, 16 numbers column-major); proportion_of: (bone, least, "
+      "largest scale). best(Embedding) hears of each better pose. Raises InvalidInput, Cancelled.");
+
+  m.def(
+      "explore",
+      [](const Character& character, const Target& target, std::uint64_t seed, const std::string& symmetry, bool proportions,
+         int threads, const std::map<std::string, double>& weights, const Locks& locked, const Pins& pinned,
+         const Proportions& proportion_of, int count, double least_difference, const py::object& progress, const py::object& found,
+         const py::object& best) {
+        const EmbeddingOptions options = options_from(seed, symmetry, proportions, threads, weights, locked, pinned, proportion_of);
+        const Progress tell = progress_from(progress);
+        const auto add = hearer(found), show = hearer(best);
+        py::gil_scoped_release release;
+        return explore(character, target, options, {count, least_difference}, tell, add, show);
+      },
+      py::arg("character"), py::arg("target"), py::kw_only(), py::arg("seed") = 0, py::arg("symmetry") = "auto",
+      py::arg("proportions") = true, py::arg("threads") = 0, py::arg("weights") = std::map<std::string, double>{},
+      py::arg("locked") = Locks{}, py::arg("pinned") = Pins{}, py::arg("proportion_of") = Proportions{}, py::arg("count") = 5,
+      py::arg("least_difference") = 0.15, py::arg("progress") = py::none(), py::arg("found") = py::none(), py::arg("best") = py::none(),
+      "Up to `count` embeddings that differ in over `least_difference` of the target's voxels, best first. found(Embedding) hears of each as "
+      "it is found (some may be replaced by better ones like them); the rest as in embed. Raises InvalidInput, Cancelled.");
+
+  m.def("skeleton_fit", &fit_of, py::arg("character"), py::arg("target"), py::arg("embedding"),
+        "How far each bone's surface sticks out of the target, and which bones collide: {protrusion: one number a bone, collisions: "
+        "[(bone, bone, depth)]}, target units. Raises InvalidInput.");
+  m.def("bone_frames", &bone_frames, py::arg("character"), py::arg("embedding"),
+        "Each bone's frame in the target's: 16 numbers, column-major. Raises InvalidInput.");
 }
 
 }  // namespace transformables::bindings

@@ -31,6 +31,25 @@ struct ObjectiveWeights {
 
 enum class Symmetry { kAuto, kOn, kOff };
 
+/// An angle that the search leaves alone.
+struct LockedAngle {
+  int angle = 0;          ///< index into Pose::angles
+  double radians = 0;     ///< what it is kept at, even outside the hinge's range
+};
+
+/// A bone that the search leaves where it is. The first pin holds exactly (the whole character is hung from it); others
+/// are held by a stiff term of the search.
+struct PinnedBone {
+  int bone = 0;
+  Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();  ///< takes the bone's frame to the target's; a rotation and a move
+};
+
+/// Bounds of one bone's scale factor, instead of those for all. Equal ones: the scale is kept at that.
+struct BoneProportion {
+  int bone = 0;
+  double least = 1, largest = 1;
+};
+
 struct EmbeddingOptions {
   std::uint64_t seed = 0;
   Symmetry symmetry = Symmetry::kAuto;  ///< kAuto: on when character and target both have a mirror plane
@@ -38,7 +57,11 @@ struct EmbeddingOptions {
   double least_scale = 0.6;             ///< bounds of each bone's scale factor
   double largest_scale = 1.6;
   ObjectiveWeights weights;
-  int runs = 4;                         ///< independent starts (root orientations, seeds); the best is kept
+  std::vector<LockedAngle> locked;      ///< when symmetric: a lock holds the angle of the other side too
+  std::vector<PinnedBone> pinned;       ///< any: symmetry is off
+  std::vector<BoneProportion> proportion_of;  ///< these bones have bounds of their own, whatever `proportions` says
+  int runs = 2;                         ///< searches that go on to the end; the best is kept
+  int starts = 24;                      ///< short searches that each of those is chosen from, in rounds
   int evaluations = 8000;               ///< bound for each run; a run ends earlier when it has converged
   int threads = 0;                      ///< 0: all cores. The result does not depend on it.
 };
@@ -48,6 +71,7 @@ struct Embedding {
   Pose pose;
   Morphology morphology;
   ObjectiveTerms terms;
+  double value = 0;                    ///< what the search ranks by: terms.total and a steep term for every protrusion and collision
   bool symmetric = false;              ///< folded as its own mirror image
   double deepest_protrusion = 0;       ///< how far the skeleton's surface sticks out of the target, target units; 0: inside
   double deepest_collision = 0;        ///< of two capsules that are not joined, target units; 0: none
@@ -74,12 +98,44 @@ class Objective {
   std::unique_ptr<State> state_;
 };
 
+/// What of a posed skeleton is not as it should be, bone by bone.
+struct SkeletonFit {
+  struct Collision {
+    int first = 0, second = 0;         ///< bones that are not joined, first < second
+    double depth = 0;                  ///< of their capsules in one another, target units
+  };
+  std::vector<double> protrusion;      ///< of each bone: how far its surface sticks out of the target, target units; 0: inside
+  std::vector<Collision> collisions;   ///< deepest first
+};
+
+/// @throws InvalidInput when the pose has not `angle_count` angles, or the morphology not a factor for each bone
+SkeletonFit skeleton_fit(const Character& character, const Target& target, const Pose& pose, const Morphology& morphology);
+
 /// Finds E* by CMA-ES from several starts, or from one given pose with a small step.
 /// @param character  fitted to the target (character.h)
 /// @param best_so_far  called, when set, each time a better pose is known
-/// @throws InvalidInput when options are out of range, or symmetry is on and the character or target has no mirror plane
+/// @throws InvalidInput when options are out of range, symmetry is on and the character or target has no mirror plane or
+///         something is pinned, or a lock, pin or proportion is of no bone or angle of the character, given twice, or not finite
 /// @throws Cancelled
 Embedding embed(const Character& character, const Target& target, const EmbeddingOptions& options, const Progress& progress,
                 const std::optional<Embedding>& start = {}, const std::function<void(const Embedding&)>& best_so_far = {});
+
+struct ExploreOptions {
+  int count = 5;                        ///< solutions wanted, 1 to 100; there may be fewer
+  double least_difference = 0.15;       ///< share of inside voxels that must change bone between any two solutions; mirror images count as equal
+};
+
+/// Finds embeddings that differ in how they divide the target among the bones: many starts, of which those that are good
+/// and different go on. Deterministic, whatever the number of threads.
+/// @param best_so_far  called, when set, each time a better pose than all before is known
+/// @param found  called, when set, each time a run has ended in a solution that differs from all before it; of two that are
+///               alike the better one is returned, so not all that were told need be
+/// @return the solutions, best `value` first; `embed` gives the first of such a search for one
+/// @throws InvalidInput as embed, or when options are out of range
+/// @throws Cancelled
+std::vector<Embedding> explore(const Character& character, const Target& target, const EmbeddingOptions& options,
+                               const ExploreOptions& wanted, const Progress& progress,
+                               const std::function<void(const Embedding&)>& found = {},
+                               const std::function<void(const Embedding&)>& best_so_far = {});
 
 }  // namespace transformables

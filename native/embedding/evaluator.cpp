@@ -1,7 +1,9 @@
 #include "embedding/evaluator.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "embedding/flood.h"
 
@@ -23,6 +25,13 @@ void across(const Eigen::Vector3d& d, Eigen::Vector3d& u, Eigen::Vector3d& v) {
   v = d.cross(u);
 }
 
+/// Cosine and sine of where the samples of a ring are: those of every second ring stand between those of the first.
+std::array<std::pair<double, double>, 2 * kAround> ring() {
+  std::array<std::pair<double, double>, 2 * kAround> places;
+  for (std::size_t k = 0; k < places.size(); ++k) places[k] = {std::cos(double(k) * M_PI / kAround), std::sin(double(k) * M_PI / kAround)};
+  return places;
+}
+
 double positive(double x) { return x > 0 ? x : 0; }
 
 }  // namespace
@@ -31,6 +40,7 @@ Evaluator::Evaluator(const Character& character, const Target& target, std::shar
                      const ObjectiveWeights& weights)
     : target_(target), voxels_(std::move(voxels)), weights_(weights), skeleton_(character) {
   field_.assign(std::size_t(voxels_->cells), kUnreached);
+  protrusions_.assign(character.bones.size(), 0);
   for (const Bone& bone : character.bones) {
     const std::size_t count = std::max<std::size_t>(1, bone.segments.size());
     for (std::size_t s = 0; s < count; ++s) {
@@ -77,13 +87,14 @@ void Evaluator::add_limits(const Pose& pose, ObjectiveTerms& terms) const {
     }
 }
 
-void Evaluator::add_protrusion(Evaluation& evaluation) const {
+void Evaluator::add_protrusion(Evaluation& evaluation) {
   double sum = 0;
   const auto& bones = skeleton_.character.bones;
   for (std::size_t i = 0; i < bones.size(); ++i) {
     double deepest = 0;
     for (int s = skeleton_.first_segment[i]; s < skeleton_.first_segment[i + 1]; ++s)
       deepest = std::max(deepest, protrusion(skeleton_.segments[std::size_t(s)], stations_[std::size_t(s)], bones[i].radius, sum));
+    protrusions_[i] = deepest;
     evaluation.violation += deepest;
     evaluation.deepest_protrusion = std::max(evaluation.deepest_protrusion, deepest);
   }
@@ -95,6 +106,7 @@ double Evaluator::protrusion(const Skeleton::PosedSegment& segment, int stations
   Eigen::Vector3d u, v;
   across(d, u, v);
   double deepest = 0;
+  static const auto kRing = ring();
   const auto add = [&](const Eigen::Vector3d& p) {
     const double out = positive(distance_at(target_, p));
     sum += out * out;
@@ -104,8 +116,8 @@ double Evaluator::protrusion(const Skeleton::PosedSegment& segment, int stations
     const Eigen::Vector3d c = segment.a + segment.length * k / (stations - 1) * d;
     if (distance_at(target_, c) + radius <= 0) continue;  // a distance changes no faster than one goes: all of it is inside
     for (int r = 0; r < kAround; ++r) {
-      const double turn = (r + 0.5 * (k % 2)) * (2 * M_PI / kAround);
-      add(c + radius * (std::cos(turn) * u + std::sin(turn) * v));
+      const auto& [cosine, sine] = kRing[std::size_t(2 * r + k % 2)];
+      add(c + radius * (cosine * u + sine * v));
     }
     if (k == 0) add(c - radius * d);
     if (k == stations - 1) add(c + radius * d);
@@ -280,6 +292,19 @@ void Evaluator::read_labels(std::vector<std::int16_t>& labels) const {
     const Eigen::Vector3i c = voxel.cwiseMax(0).cwiseMin(vox.size - Eigen::Vector3i::Ones());
     const std::int32_t bone = field_[std::size_t(vox.cell(c.x(), c.y(), c.z()))] & kNoLabel;
     labels[i] = std::int16_t(bone == kNoLabel ? nearest_bone(shape.position(i)) : bone);
+  }
+}
+
+void Evaluator::read_partition(std::vector<std::int16_t>& bones) const {
+  const Voxels& vox = *voxels_;
+  bones.clear();
+  for (const Voxels::Row& row : vox.rows) {
+    const std::int32_t start = vox.cell(0, row.y, row.z);
+    for (int r = row.first_run; r < row.end_run; ++r)
+      for (std::int32_t c = vox.runs[std::size_t(r)].begin; c < vox.runs[std::size_t(r)].end; ++c) {
+        const std::int32_t bone = field_[std::size_t(c)] & kNoLabel;
+        bones.push_back(std::int16_t(bone == kNoLabel ? nearest_bone(vox.position(c - start, row.y, row.z)) : bone));
+      }
   }
 }
 

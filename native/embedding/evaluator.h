@@ -32,7 +32,12 @@ class Evaluator {
   /// Bone at each sample of target.distance after a whole evaluation, -1 outside.
   void read_labels(std::vector<std::int16_t>& labels) const;
 
+  /// Bone of each inside voxel after a whole evaluation, in the order of `Voxels::runs`.
+  void read_partition(std::vector<std::int16_t>& bones) const;
+
   const Skeleton& skeleton() const { return skeleton_; }
+  /// Of each bone, after an evaluation: how far its surface sticks out of the target.
+  const std::vector<double>& protrusions() const { return protrusions_; }
   const std::vector<std::int32_t>& field() const { return field_; }
 
  private:
@@ -42,7 +47,7 @@ class Evaluator {
     Eigen::Vector3d overshoot = Eigen::Vector3d::Zero();  ///< unit, out of the bone past its end; zero when not past it
   };
   void add_limits(const Pose& pose, ObjectiveTerms& terms) const;
-  void add_protrusion(Evaluation& evaluation) const;
+  void add_protrusion(Evaluation& evaluation);
   double protrusion(const Skeleton::PosedSegment& segment, int stations, double radius, double& sum_of_squares) const;
   bool plant_seeds();
   bool plant_segment(const Skeleton::PosedSegment& segment, int bone, double radius);
@@ -60,6 +65,7 @@ class Evaluator {
   Skeleton skeleton_;
   std::vector<std::int32_t> field_;
   std::vector<int> stations_;                              ///< of each segment: places along it that carry protrusion samples
+  std::vector<double> protrusions_;
   std::size_t sample_count_ = 0;                           ///< M of Eq. 5
 };
 

@@ -120,16 +120,19 @@ bool Skeleton::apart(const Pair& pair) const {
   return (heads[i] - heads[j]).squaredNorm() >= far * far;
 }
 
+double Skeleton::depth(const Pair& pair) const {
+  if (apart(pair)) return 0;
+  return std::max(0.0, character.bones[std::size_t(pair.i)].radius + character.bones[std::size_t(pair.j)].radius - gap(pair));
+}
+
 CapsuleCollisions Skeleton::collisions() const {
   CapsuleCollisions result;
   for (const Pair& pair : pairs_) {
-    if (apart(pair)) continue;
-    const double radii = character.bones[std::size_t(pair.i)].radius + character.bones[std::size_t(pair.j)].radius;
-    const double depth = radii - gap(pair);
-    if (!(depth > 0)) continue;
-    result.sum_of_squares += depth * depth;
-    result.sum += depth;
-    if (!pair.joined) result.deepest = std::max(result.deepest, depth);
+    const double deep = depth(pair);
+    if (!(deep > 0)) continue;
+    result.sum_of_squares += deep * deep;
+    result.sum += deep;
+    if (!pair.joined) result.deepest = std::max(result.deepest, deep);
   }
   return result;
 }

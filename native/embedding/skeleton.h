@@ -28,6 +28,12 @@ class Skeleton {
 
   void set(const Pose& pose, const Morphology& morphology);
   CapsuleCollisions collisions() const;
+  /// Calls visit(i, j, depth) for each pair of bones i < j, not joined, whose capsules are in one another.
+  template <class Visit>
+  void for_each_collision(const Visit& visit) const {
+    for (const Pair& pair : pairs_)
+      if (const double deep = pair.joined ? 0 : depth(pair); deep > 0) visit(pair.i, pair.j, deep);
+  }
 
   const Character& character;
   std::vector<Eigen::Matrix3d> rotations;       ///< of each bone's frame, target frame
@@ -52,6 +58,7 @@ class Skeleton {
   double trim(const Pair& pair) const;
   double gap(const Pair& pair) const;
   bool apart(const Pair& pair) const;
+  double depth(const Pair& pair) const;
 
   std::vector<Segment> rest_;                   ///< as `segments`, in bone frames, scale 1
   std::vector<Pair> pairs_;

@@ -1,5 +1,6 @@
 #include "embedding/unknowns.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "embedding/cma_es.h"
@@ -18,20 +19,37 @@ Eigen::Matrix3d turn(const Eigen::Vector3d& vector) {
 
 }  // namespace
 
-Unknowns::Unknowns(const Character& character, const Target& target, const Options& options)
-    : character_(character), options_(options), normal_(target.mirror_axis.value_or(0)), root_count_(options.symmetric ? 3 : 6) {
+Unknowns::Unknowns(const Character& character, const Target& target, const EmbeddingOptions& options, bool symmetric)
+    : character_(character), symmetric_(symmetric), normal_(target.mirror_axis.value_or(0)), root_count_(symmetric ? 3 : 6) {
+  find_locks(options);
   find_angles();
-  if (options.proportions) find_scales();
+  find_scales(options);
+  find_anchor(options.pinned);
 }
 
-void Unknowns::find_angles() {
+void Unknowns::find_locks(const EmbeddingOptions& options) {
   for (const Bone& bone : character_.bones)
     for (const Hinge& hinge : bone.hinges) {
       low_.push_back(hinge.min_rad);
       high_.push_back(hinge.max_rad);
+      kept_.push_back(std::clamp(0.0, hinge.min_rad, hinge.max_rad));
     }
+  locked_.assign(low_.size(), 0);
+  for (const LockedAngle& lock : options.locked) {
+    kept_[std::size_t(lock.angle)] = lock.radians;
+    locked_[std::size_t(lock.angle)] = 1;
+    if (!symmetric_) continue;
+    const auto other = std::size_t(character_.mirror_angle[std::size_t(lock.angle)]);
+    if (other == std::size_t(lock.angle)) continue;
+    kept_[other] = character_.mirror_sign[other] * lock.radians;
+    locked_[other] = 1;
+  }
+}
+
+void Unknowns::find_angles() {
   for (int k = 0; k < character_.angle_count; ++k) {
-    if (!options_.symmetric) {
+    if (locked_[std::size_t(k)]) continue;
+    if (!symmetric_) {
       add_angle(k, -1, 1);
       continue;
     }
@@ -54,18 +72,56 @@ void Unknowns::add_angle(int index, int mirror, double sign) {
   angles_.push_back(angle);
 }
 
-void Unknowns::find_scales() {
-  for (int i = 0; i < int(character_.bones.size()); ++i) {
-    const int mirror = options_.symmetric ? character_.bones[std::size_t(i)].mirror : -1;
-    if (mirror >= 0 && mirror < i) continue;
-    scales_.push_back({i, mirror});
+void Unknowns::find_scales(const EmbeddingOptions& options) {
+  const std::size_t n = character_.bones.size();
+  const BoneProportion all{-1, options.proportions ? options.least_scale : 1, options.proportions ? options.largest_scale : 1};
+  std::vector<BoneProportion> bounds(n, all);
+  for (const BoneProportion& own : options.proportion_of) {
+    bounds[std::size_t(own.bone)] = own;
+    const int mirror = character_.bones[std::size_t(own.bone)].mirror;
+    const auto is_mirror = [&](const BoneProportion& other) { return other.bone == mirror; };
+    // The other side follows, unless it has bounds of its own: then the last one counts for both.
+    if (symmetric_ && mirror >= 0 && std::none_of(options.proportion_of.begin(), options.proportion_of.end(), is_mirror))
+      bounds[std::size_t(mirror)] = own;
+  }
+  kept_scales_ = Morphology::Ones(Eigen::Index(n));
+  for (int i = 0; i < int(n); ++i) {
+    const int mirror = symmetric_ ? character_.bones[std::size_t(i)].mirror : -1;
+    const BoneProportion& own = bounds[std::size_t(mirror > i ? mirror : i)];
+    kept_scales_[i] = own.least;
+    if ((mirror >= 0 && mirror < i) || own.least == own.largest) continue;
+    scales_.push_back({i, mirror, std::log(own.least), std::log(own.largest)});
+  }
+  for (int i = 0; symmetric_ && i < int(n); ++i) {
+    const int mirror = character_.bones[std::size_t(i)].mirror;
+    if (mirror > i) kept_scales_[mirror] = kept_scales_[i];
   }
 }
 
-void Unknowns::read(const Eigen::VectorXd& y, const StartPlace& start, Pose& pose, Morphology& morphology) const {
+void Unknowns::find_anchor(const std::vector<PinnedBone>& pinned) {
+  if (pinned.empty()) return;
+  anchored_ = true;
+  anchor_ = pinned.front().frame;
+  root_count_ = 0;
+  for (int b = pinned.front().bone; b > 0; b = character_.bones[std::size_t(b)].parent) anchor_path_.push_back(b);
+  std::reverse(anchor_path_.begin(), anchor_path_.end());
+}
+
+/// The pinned bone's frame in the root's.
+Eigen::Isometry3d Unknowns::in_root(const Pose& pose, const Morphology& morphology) const {
+  Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
+  for (const int b : anchor_path_) {
+    const Bone& bone = character_.bones[std::size_t(b)];
+    frame.translate(morphology[bone.parent] * bone.head_in_parent);
+    frame.rotate(bone.rest_in_parent * joint_rotation(bone, pose.angles));
+  }
+  return frame;
+}
+
+void Unknowns::read_root(const Eigen::VectorXd& y, const StartPlace& start, Pose& pose) const {
   Eigen::Matrix3d rotation;
   Eigen::Vector3d head;
-  if (options_.symmetric) {
+  if (symmetric_) {
     const int u = (normal_ + 1) % 3, v = (normal_ + 2) % 3;
     rotation = turn(kTurn * y[2] * Eigen::Vector3d::Unit(normal_)) * start.rotation;
     head = start.head;
@@ -80,27 +136,33 @@ void Unknowns::read(const Eigen::VectorXd& y, const StartPlace& start, Pose& pos
   pose.root = Eigen::Isometry3d::Identity();
   pose.root.linear() = rotation * character_.root_rest.linear();
   pose.root.translation() = head;
-  for (std::size_t k = 0; k < low_.size(); ++k) pose.angles[Eigen::Index(k)] = std::clamp(0.0, low_[k], high_[k]);
+}
+
+void Unknowns::read(const Eigen::VectorXd& y, const StartPlace& start, Pose& pose, Morphology& morphology) const {
+  for (std::size_t k = 0; k < kept_.size(); ++k) pose.angles[Eigen::Index(k)] = kept_[k];
   Eigen::Index at = root_count_;
   for (const Angle& angle : angles_) {
     const double value = BoundTransform{angle.low, angle.high}(y[at++]);
     pose.angles[angle.index] = value;
     if (angle.mirror >= 0) pose.angles[angle.mirror] = angle.sign * value;
   }
-  morphology.setOnes();
-  const BoundTransform bounds{std::log(options_.least_scale), std::log(options_.largest_scale)};
+  morphology = kept_scales_;
   for (const Scale& scale : scales_) {
-    const double value = std::exp(bounds(y[at++]));
+    const double value = std::exp(BoundTransform{scale.low, scale.high}(y[at++]));
     morphology[scale.bone] = value;
     if (scale.mirror >= 0) morphology[scale.mirror] = value;
   }
+  if (anchored_)
+    pose.root = anchor_ * in_root(pose, morphology).inverse();
+  else
+    read_root(y, start, pose);
 }
 
 Eigen::VectorXd Unknowns::write(const Pose& pose, const Morphology& morphology, StartPlace& start) const {
   Eigen::VectorXd y = Eigen::VectorXd::Zero(count());
   start.rotation = pose.root.linear() * character_.root_rest.linear().transpose();
   start.head = pose.root.translation();
-  if (options_.symmetric) {  // the least turn that brings the planes' normals together
+  if (symmetric_) {  // the least turn that brings the planes' normals together
     const Eigen::Vector3d x = start.rotation.col(0), n = Eigen::Vector3d::Unit(normal_) * (x[normal_] < 0 ? -1 : 1);
     start.rotation = Eigen::Quaterniond::FromTwoVectors(x, n).toRotationMatrix() * start.rotation;
   }
@@ -110,18 +172,18 @@ Eigen::VectorXd Unknowns::write(const Pose& pose, const Morphology& morphology, 
     if (angle.mirror >= 0) value = 0.5 * (value + angle.sign * pose.angles[angle.mirror]);
     y[at++] = BoundTransform{angle.low, angle.high}.inverse(value);
   }
-  const BoundTransform bounds{std::log(options_.least_scale), std::log(options_.largest_scale)};
   for (const Scale& scale : scales_) {
     double value = std::log(morphology[scale.bone]);
     if (scale.mirror >= 0) value = 0.5 * (value + std::log(morphology[scale.mirror]));
-    y[at++] = bounds.inverse(value);
+    y[at++] = BoundTransform{scale.low, scale.high}.inverse(value);
   }
   return y;
 }
 
 std::vector<Eigen::Matrix3d> Unknowns::start_rotations() const {
+  if (anchored_) return {Eigen::Matrix3d::Identity()};
   std::vector<Eigen::Matrix3d> result;
-  if (options_.symmetric) {
+  if (symmetric_) {
     for (const int sign : {1, -1}) {
       const Eigen::Vector3d x = sign * Eigen::Vector3d::Unit(normal_);
       for (int k = 0; k < 12; ++k) {

@@ -8,15 +8,16 @@ namespace transformables {
 namespace {
 
 constexpr double kPaperStep = 0.01;
-constexpr std::size_t kFewVoxels = 12000;  // below, each boundary voxel is a sample
-
-int stride_of(double step, int most) { return std::max(1, int(std::ceil(kLongestSide / step / most - 0.01))); }
 
 }  // namespace
 
-Voxels::Voxels(const Target& target, int most) {
+int Voxels::stride_of(const Target& target, int most) {
+  return std::max(1, int(std::ceil(kLongestSide / target.distance.shape.step / most - 0.01)));
+}
+
+Voxels::Voxels(const Target& target, int most, std::size_t few) {
   const GridShape& shape = target.distance.shape;
-  stride = stride_of(shape.step, most);
+  stride = stride_of(target, most);
   std::vector<Eigen::Vector3i> inside;
   for (const std::size_t i : target.inside) {
     const Eigen::Vector3i c = shape.cell(i);
@@ -39,7 +40,7 @@ Voxels::Voxels(const Target& target, int most) {
   for (const auto& c : inside) wall[std::size_t(cell(c.x() - low.x(), c.y() - low.y(), c.z() - low.z()))] = 0;
 
   // One voxel in five, a knight's move apart: every plane of voxels has its fifth.
-  spacing = inside.size() < kFewVoxels ? 1 : 5;
+  spacing = inside.size() < few ? 1 : 5;
   samples_weight = spacing * (step / kPaperStep) * (step / kPaperStep);
   for (int z = 0; z < size.z(); ++z)
     for (int y = 0; y < size.y(); ++y) {

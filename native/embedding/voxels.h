@@ -29,13 +29,17 @@ struct Voxels {
   };
 
   /// @param most  voxels along the target's longest side: of finer grids every second, third, ... sample is taken
-  explicit Voxels(const Target& target, int most = kMostVoxels);
+  /// @param few   with fewer voxels inside, each one on a boundary is a sample; else one in five
+  explicit Voxels(const Target& target, int most = kMostVoxels, std::size_t few = kFewVoxels);
+  /// Samples of the target's grid a voxel would be, along each axis.
+  static int stride_of(const Target& target, int most);
 
   std::int32_t cell(int x, int y, int z) const { return (z + 1) * slice + (y + 1) * pitch + x + kPad; }
   /// First x >= 0 of a row at which boundary samples are taken; they go on every `spacing` voxels.
   int first_sampled(int y, int z) const { return (spacing - (2 * y + 4 * z) % spacing) % spacing; }
   Eigen::Vector3d position(double x, double y, double z) const { return origin + step * Eigen::Vector3d(x, y, z); }
 
+  static constexpr std::size_t kFewVoxels = 12000;
   static constexpr int kPad = 8;       ///< cells between rows, so that neighbours may be read blindly
   Eigen::Vector3i size;                ///< of the box of inside voxels
   Eigen::Vector3d origin;              ///< of voxel (0, 0, 0), target frame

@@ -34,6 +34,7 @@ def native(monkeypatch):
     monkeypatch.delitem(sys.modules, "transformables_native", raising=False)
     import transformables_native
     transformables_native.calls.clear()
+    transformables_native.searches.clear()
     yield transformables_native
     sys.modules.pop("transformables_native")
 
@@ -102,3 +103,41 @@ def test_the_best_pose_is_told_as_lines_in_blenders_world(native):
 def test_an_unknown_end_is_refused(native):
     with pytest.raises(UserError):
         pipeline.run(*two_bones(until="painting"), Ears())
+
+
+POSE = {"root": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1], "angles": [0.7], "morphology": [1.0, 1.0]}
+
+
+def test_exploring_gives_several_poses_each_with_lines_to_draw_and_what_is_wrong_with_it(native):
+    result, _ = pipeline.run(*two_bones(until="embedding", explore={"count": 3, "least_difference": 0.2}), Ears())
+    assert native.calls[-1] == "explore"
+    assert [len(solution["points"]) for solution in result["solutions"]] == [4, 4, 4]
+    assert result["solutions"][0]["outside"] == ["arm"] and result["solutions"][0]["colliding"] == [["root", "arm"]]
+    assert result["embedding"]["angles"] == result["solutions"][0]["angles"]
+
+
+def test_what_is_steered_reaches_the_search(native):
+    steering = {"weights": {"skin": 2}, "locked": ["arm"], "pinned": ["arm"], "proportions": {"root": [0.9, 1.1]}, "pose": POSE}
+    pipeline.run(*two_bones(until="embedding", steering=steering), Ears())
+    told = native.searches[0]
+    assert told["weights"] == {"skin": 2.0} and told["locked"] == [(0, 0.7)] and told["proportion_of"] == [(0, 0.9, 1.1)]
+    (bone, frame), = told["pinned"]
+    assert bone == 1 and frame[12] == 1.0 and told["start"] is None
+
+
+def test_a_search_from_a_pose_keeps_the_angles_of_that_pose(native):
+    pipeline.run(*two_bones(until="embedding", stored={"start": POSE}, steering={"locked": ["arm"]}), Ears())
+    assert native.searches[0]["locked"] == [(0, 0.7)] and native.searches[0]["start"].angles == [0.7]
+
+
+def test_without_a_pose_a_locked_joint_stays_at_rest_and_a_pin_is_refused(native):
+    pipeline.run(*two_bones(until="embedding", steering={"locked": ["arm"]}), Ears())
+    assert native.searches[0]["locked"] == [(0, 0.0)]
+    with pytest.raises(UserError, match="pinned bones need a folded pose"):
+        pipeline.run(*two_bones(until="embedding", steering={"pinned": ["arm"]}), Ears())
+
+
+@pytest.mark.parametrize("steering, words", [({"locked": ["tail"]}, "no bone 'tail'"), ({"frozen": []}, "not 'frozen'")])
+def test_steering_that_means_nothing_is_refused(native, steering, words):
+    with pytest.raises(UserError, match=words):
+        pipeline.run(*two_bones(until="embedding", steering=steering), Ears())

@@ -147,6 +147,7 @@ Embedding folded(const Character& character, const Target& target, int evaluatio
   EmbeddingOptions options;
   options.seed = 1;
   options.runs = 1;
+  options.starts = 8;
   options.evaluations = evaluations;
   options.symmetry = Symmetry::kOff;
   return embed(character, target, options, {});

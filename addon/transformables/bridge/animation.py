@@ -24,7 +24,7 @@ def new_fold(rig, layout, schedule, result):
 
 def _move_root(curves, rig, layout, schedule, result):
     """The whole way long the root goes straight, turning about one axis, to where object mode has it."""
-    location, (axis, angle) = _root_basis(rig, layout, result)
+    location, (axis, angle) = root_basis(rig, layout, result)
     first, last = 1, schedule.last_frame
     bone = layout.lead(0)
     for channel in range(3):
@@ -33,7 +33,7 @@ def _move_root(curves, rig, layout, schedule, result):
     curves.add(bone, "rotation_axis_angle", 0, [(first, 0.0, EASE), (last, angle, HOLD)])
 
 
-def _root_basis(rig, layout, result):
+def root_basis(rig, layout, result):
     """The root bone's own location, axis and angle in object mode."""
     root = np.array(result["embedding"]["root"]).reshape(4, 4).T
     world = Matrix(root[:3, :3].tolist()).to_4x4()

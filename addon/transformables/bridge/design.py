@@ -15,10 +15,12 @@ REMESHED_WITHIN = 0.003  # target units from the target's surface: a re-meshed p
 SMALLEST_SIDE = 1e-3  # Blender units: it deletes bones that are shorter than a millionth
 
 
-def gather(character_obj, target_obj, options, until="finishing", embedding=None, path=None, start=None, context=None):
+def gather(character_obj, target_obj, options, until="finishing", embedding=None, path=None, start=None, steering=None, explore=None,
+           context=None):
     """A job's message and arrays (core/pipeline.py) from two objects; nothing in the scene changes.
 
-    `embedding` and `path` as an earlier result gave them are not searched again; `start` is a folded pose to search from.
+    `embedding` and `path` as an earlier result gave them are not searched again; `start` is a folded pose to search from;
+    `steering` and `explore` as core/pipeline.py has them.
     Raises UserError. A message holds names and numbers only, no reference to Blender's data.
     """
     context = context or bpy.context
@@ -38,7 +40,8 @@ def gather(character_obj, target_obj, options, until="finishing", embedding=None
         "names": {"character": character_obj.name, "target": target_obj.name},
         "character": {"names": character.names, "parents": character.parents, "hinges": character.hinges},
         "target": {"floor": float(box[0][2]) if box else 0.0}, "warnings": character.warnings,
-        "stored": {"embedding": embedding, "path": path, "start": start}}
+        "stored": {"embedding": embedding, "path": path, "start": start},
+        "steering": steering or {}, "explore": explore}
     arrays = {"heads": ("d", character.heads.tobytes()), "tails": ("d", character.tails.tobytes()),
               "axes": ("d", character.axes.tobytes()), "rotation": ("d", character.rotation.tobytes()),
               "vertices": ("d", vertices.tobytes()), "triangles": ("i", triangles.tobytes())}

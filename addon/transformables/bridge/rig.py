@@ -172,7 +172,7 @@ def result_collection(context, character_obj, target_obj):
     collection = None
     for rig in [o for o in bpy.data.objects if _is_result(o, character_obj, target_obj)]:
         collection = rig.users_collection[0] if rig.users_collection else collection
-        _remove(rig)
+        remove(rig)
     if collection is None or collection == context.scene.collection:
         collection = bpy.data.collections.new(f"{character_obj.name} as {target_obj.name}")
         context.scene.collection.children.link(collection)
@@ -184,7 +184,7 @@ def _is_result(obj, character_obj, target_obj):
             and obj.get("transformable_target") == target_obj.name)
 
 
-def _remove(rig):
+def remove(rig):
     action = rig.animation_data.action if rig.animation_data else None
     for part in [o for o in bpy.data.objects if o.parent == rig and o.get("transformable_role") == "part"]:
         data = part.data

@@ -3,22 +3,24 @@
 
 A job is a dict: `options` (DesignOptions.as_dict()), `character` {names, parents, hinges}, `until` (one of UNTIL),
 `stored` {embedding, path, start}, as an earlier result gave them: an embedding or a path that is there is not searched again,
-`start` is a pose to search from; `names`, `target` and `warnings` go into the result. Arrays: heads, tails, axes, vertices,
+`start` is a pose to search from; `steering` (core/steering.py) what the search leaves alone; `explore` {count, least_difference}: search
+for several poses (the result has them as `solutions`), and go on with the best; `names`, `target` and `warnings` go into the result. Arrays: heads, tails, axes, vertices,
 rotation (float64), triangles (int32).
 """
 import importlib
 import time
 from array import array
 
-from . import kinematics, schedule
+from . import kinematics, schedule, steering
 from .options import LONGEST_SIDE, DesignOptions, UserError
 
 UNTIL = ("embedding", "segmentation", "folding", "finishing")
 STAGES = ("character", "target", *UNTIL)
 PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: printing)
 PREVIEW_CLEARANCE_MM = 0.05
+TOUCHING_BONES = 1e-4       # target units: capsules that are less deep in one another do not collide
 ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
-EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "symmetric", "deepest_protrusion", "deepest_collision")
+EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "value", "symmetric", "deepest_protrusion", "deepest_collision")
 
 
 class Cancelled(Exception):
@@ -46,7 +48,7 @@ class _Run:
         self.job = job
         self.seconds, self.warnings = {}, []
         self.path = self.parts = self.segmentation = self.certificate = None
-        self.part_arrays = {}
+        self.part_arrays, self.solutions = {}, []
 
     def run(self):
         began = time.perf_counter()
@@ -103,12 +105,33 @@ class _Run:
         if self.stored.get("embedding"):
             self.embedding = self._stored_embedding(self.stored["embedding"])
             return
+        search = {"seed": self.options.seed, "symmetry": self.options.symmetry, "proportions": self.options.proportions,
+                  "threads": self.options.threads, "progress": self._progress("embedding"), "best": self._tell_pose, **self._steering()}
+        explore = self.job.get("explore")
+        if explore:
+            found = self.tn.explore(character, self.target, count=int(explore["count"]),
+                                    least_difference=float(explore["least_difference"]), **search)
+            self.solutions = [self._solution(embedding) for embedding in found]
+            self.embedding = found[0]
+            return
         start = self.stored.get("start")
-        self.embedding = self.tn.embed(
-            character, self.target, seed=self.options.seed, symmetry=self.options.symmetry,
-            proportions=self.options.proportions, threads=self.options.threads,
-            start=self._stored_embedding(start) if start else None,
-            progress=self._progress("embedding"), best=self._tell_pose)
+        self.embedding = self.tn.embed(character, self.target, start=self._stored_embedding(start) if start else None, **search)
+
+    def _steering(self):
+        wanted = self.job.get("steering") or {}
+        pose = wanted.get("pose") or self.stored.get("start")
+        bodies = {self.armature["names"][bone]: body for body, members in enumerate(self.character.members) for bone in members}
+        return steering.native_arguments(wanted, self.character, bodies, self._stored_embedding(pose) if pose else None,
+                                         lambda given: self.tn.bone_frames(self.character, given))
+
+    def _solution(self, embedding):
+        """One embedding with what the artist wants to know of it: lines to draw it, and which bones are not as they should be."""
+        names = self.character.names
+        fit = self.tn.skeleton_fit(self.character, self.target, embedding)
+        least = LONGEST_SIDE / self.options.resolution
+        return {**{name: _plain(getattr(embedding, name)) for name in EMBEDDING_FIELDS}, "points": self._points(embedding),
+                "outside": [names[i] for i, depth in enumerate(fit["protrusion"]) if depth > least],
+                "colliding": [[names[i], names[j]] for i, j, depth in fit["collisions"] if depth > TOUCHING_BONES]}
 
     def _least_radius(self):
         """As thick as a printed joint needs, but no more than a bone's share of a slim target can hold."""
@@ -173,8 +196,8 @@ class _Run:
             if "source" in part:  # a triangle each: the cleaned target's that it is a piece of, or -1 at interfaces
                 self.part_arrays[f"part_{index}_source"] = ("i", part["source"])
 
-    def _tell_pose(self, embedding):
-        """Best pose so far, as lines between points in Blender's world (two a bone)."""
+    def _points(self, embedding):
+        """A pose as lines between points in Blender's world (two a bone)."""
         scale, centre = self.target.scale, self.target.centre
         root = embedding.root
         rotation = tuple(tuple(root[4 * c + r] for c in range(3)) for r in range(3))
@@ -182,8 +205,11 @@ class _Run:
         lengths = self.character.scale / scale
         frames = self.skeleton.frames(rotation, head, embedding.angles, embedding.morphology, lengths)
         ends = self.skeleton.bone_ends(frames, embedding.morphology, lengths)
-        self.tell.pose({"root": list(root), "angles": list(embedding.angles), "morphology": list(embedding.morphology),
-                        "terms": dict(embedding.terms), "points": [p for _, a, b in ends for p in (a, b)]})
+        return [p for _, a, b in ends for p in (a, b)]
+
+    def _tell_pose(self, embedding):
+        self.tell.pose({"root": list(embedding.root), "angles": list(embedding.angles), "morphology": list(embedding.morphology),
+                        "terms": dict(embedding.terms), "points": self._points(embedding)})
 
     def _echo(self):
         return {name: self.arrays[name] for name in ECHOED if name in self.arrays}
@@ -202,9 +228,8 @@ class _Run:
             "names": self.job.get("names", {}),
             "target": {**self.job.get("target", {}), "scale": target.scale, "centre": list(target.centre), "volume": target.volume,
                        "grid": list(target.grid), "mirror_axis": target.mirror_axis},
-            "embedding": self.stored.get("embedding")
-            or {name: _plain(getattr(self.embedding, name)) for name in EMBEDDING_FIELDS},
-            "path": self._path_result(), "finishing": self._parts_result()}
+            "embedding": self.stored.get("embedding") or self._solution(self.embedding),
+            "solutions": self.solutions, "path": self._path_result(), "finishing": self._parts_result()}
 
     def _path_result(self):
         if self.path is None:

@@ -23,9 +23,10 @@ def register_jobs():
 
 def unregister_jobs():
     """Ends a running job first: whatever follows may take away what it needs."""
-    from . import handlers, overlays, session
+    from . import handlers, overlays, session, thumbnail
 
     session.end()
     session.forget()
     handlers.unregister()
     overlays.unregister()
+    thumbnail.unregister()

@@ -13,7 +13,7 @@ import numpy as np
 import bpy
 
 from ..bridge.mesh import read_triangles
-from . import settings
+from . import settings, steering
 
 _LOCKS = ("lock_ik_x", "lock_ik_y", "lock_ik_z", "use_ik_limit_x", "use_ik_limit_y", "use_ik_limit_z",
           "ik_min_x", "ik_min_y", "ik_min_z", "ik_max_x", "ik_max_y", "ik_max_z")
@@ -66,7 +66,7 @@ def _inputs(scene, stage, thorough):
     if stage != "character" and target is not None:
         rows += [_target(target, thorough), s.target_stage.resolution]
     if stage in ("embedding", "segmentation", "folding"):
-        rows += [s.embedding_stage.seed, s.embedding_stage.symmetry, s.embedding_stage.proportions]
+        rows += [s.embedding_stage.seed, s.embedding_stage.symmetry, s.embedding_stage.proportions, steering.inputs(scene)]
     if stage in ("segmentation", "folding"):
         rows += [round(s.target_stage.size_mm, 4), round(s.finishing_stage.clearance_mm, 4)]
     return rows

@@ -11,7 +11,7 @@ import time
 import bpy
 
 from ..core.options import DesignOptions, UserError
-from . import overlays, preferences, results, session, settings
+from . import overlays, preferences, results, session, settings, steering
 
 POLL_SECONDS = 0.05
 
@@ -47,7 +47,12 @@ class JobOperator:
 
     bl_options = {"UNDO"}
     until = "finishing"
+    from_guide = False
     uses_stored = ()  # of "embedding" and "folding": stored results to start from when they still fit
+
+    def more_fields(self, context, character):
+        """What else a subclass wants in its job: keyword arguments of `gather`. @raises UserError"""
+        return {}
 
     @classmethod
     def poll(cls, context):
@@ -106,8 +111,8 @@ class JobOperator:
         try:
             character, target = settings.picked(scene, "character"), settings.picked(scene, "target")
             _leave_edit_mode(context)
-            stored = results.stored(scene, self.uses_stored)
-            message, arrays = design.gather(character, target, options_of(scene), until=self.until, **stored)
+            stored, more = results.stored(scene, self.uses_stored), self.more_fields(context, character)
+            message, arrays = design.gather(character, target, options_of(scene), until=self.until, steering=steering.of(scene), **stored, **more)
             job = Job(message, arrays)
             job.start()
         except UserError as error:
@@ -115,7 +120,7 @@ class JobOperator:
             return False
         self._running = session.Running(job=job, until=self.until, scene=scene.name, character=character.name, target=target.name,
                                         warnings=list(message.get("warnings", ())),
-                                        fingerprints=results.take_fingerprints(scene, self.until))
+                                        fingerprints=results.take_fingerprints(scene, self.until), from_guide=self.from_guide)
         session.begin(self._running)
         return True
 

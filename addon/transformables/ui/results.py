@@ -3,7 +3,7 @@
 
 import json
 
-from . import fingerprint, overlays, session
+from . import fingerprint, overlays, session, thumbnail
 
 STORES = {"embedding": "embedding_stage", "path": "folding_stage"}  # what `gather` takes, and where it is kept
 PAIRS_LISTED = 4
@@ -30,12 +30,17 @@ def take_fingerprints(scene, until):
 
 def keep(context, running, result, arrays, character, target, options):
     """Stores a job's result in the scene and, when there are parts, makes the objects. Gives a line for the user."""
-    from ..bridge import design
+    from ..bridge import design, guide
 
     scene = context.scene
     if result["finishing"] is not None:
         design.apply(context, result, arrays, character, target, options)
     _store(scene, running, "embedding", result["embedding"])
+    scene.transformables.embedding_stage.made_with = json.dumps({"character": result["character"], "target": result["target"]})
+    if result["solutions"]:
+        _list(context, running, result["solutions"], target)
+    if running.from_guide:
+        guide.remove(scene, character)
     if result["finishing"] is not None and "segmentation" in running.fingerprints:
         _store(scene, running, "segmentation", _shares(result))
     if result["path"] is not None:
@@ -49,6 +54,32 @@ def _store(scene, running, stage, value):
     group = getattr(scene.transformables, f"{stage}_stage")
     group.stored = json.dumps(value)
     group.stored_for = running.fingerprints[stage]
+
+
+def _list(context, running, solutions, target):
+    """Solutions into the list, in the place of those that the artist doesn't keep."""
+    from ..bridge import mesh
+
+    group = context.scene.transformables.embedding_stage
+    for index in reversed(range(len(group.solutions))):
+        if not group.solutions[index].kept:
+            group.solutions.remove(index)
+    vertices, triangles = mesh.read_triangles(context, target)
+    first = len(group.solutions)
+    for number, solution in enumerate(solutions):
+        row = group.solutions.add()
+        row.name, row.score = f"Pose {first + number + 1}", solution["value"]
+        row.embedding, row.stored_for = json.dumps(solution), running.fingerprints["embedding"]
+        row.thumbnail = thumbnail.draw(vertices, triangles, solution["points"])
+    group.solution = first
+
+
+def use(scene, solution):
+    """Makes a listed pose the one that later stages start from; what they made of another one is out of date."""
+    s = scene.transformables
+    s.embedding_stage.stored, s.embedding_stage.stored_for = solution.embedding, solution.stored_for
+    for stage in (s.segmentation_stage, s.folding_stage):
+        stage.stored = stage.stored_for = ""
 
 
 def _shares(result):
@@ -70,6 +101,8 @@ def collisions_left(result):
 
 def _summary(result):
     seconds = f"{result['seconds']['total']:.0f} s"
+    if result["solutions"]:
+        return f"{len(result['solutions'])} different poses found in {seconds}; the best has a score of {result['solutions'][0]['value']:.4g}"
     if result["until"] == "embedding":
         return f"Folded pose found in {seconds}; score {result['embedding']['terms']['total']:.4g}"
     if result["until"] == "segmentation":

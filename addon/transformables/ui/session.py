@@ -30,6 +30,7 @@ class Running:
     note: str = ""
     cancel_wanted: bool = False
     fingerprints: dict = field(default_factory=dict)  # of the inputs, by stage, when the job began
+    from_guide: bool = False    # whether it goes on from the pose rig, which has then done its work
     warnings: list = field(default_factory=list)
     started: float = field(default_factory=time.monotonic)
     drawn: float = 0.0

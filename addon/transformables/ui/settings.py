@@ -12,7 +12,7 @@ from ..stages.segmentation.properties import TransformablesSegmentationSettings
 from ..stages.target.properties import TransformablesTargetSettings
 from . import session
 
-MADE_BY_A_DESIGN = ("rig", "part")
+MADE_BY_A_DESIGN = ("rig", "part", "guide")
 
 
 def candidates(scene, kind):

@@ -16,6 +16,7 @@ LONG = 30.0
 TETRAHEDRON = ((0, 0, 0), (0.05, 0, 0), (0, 0.05, 0), (0, 0, 0.05))
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
 calls = []
+searches = []  # what each search was told
 
 
 class InvalidInput(ValueError):
@@ -63,10 +64,13 @@ class Embedding:
     def __init__(self, *, root, angles, morphology, symmetric=False):
         self.root, self.angles, self.morphology, self.symmetric = root, angles, morphology, symmetric
         self.terms, self.deepest_protrusion, self.deepest_collision = {"compact": 0.1, "total": 0.25}, 0.0, 0.0
+        self.value = 0.25
 
 
-def embed(character, target, *, seed=0, symmetry="auto", proportions=True, threads=0, start=None, progress=None, best=None):
+def embed(character, target, *, seed=0, symmetry="auto", proportions=True, threads=0, weights=None, locked=(), pinned=(), proportion_of=(),
+          start=None, progress=None, best=None):
     calls.append("embed")
+    searches.append({"weights": weights, "locked": locked, "pinned": pinned, "proportion_of": proportion_of, "start": start})
     _behave(seed, progress)
     embedding = Embedding(root=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0.1, 0, 0, 1], angles=[0.5] * character.angle_count,
                           morphology=[1.0] * len(character.names))
@@ -74,6 +78,21 @@ def embed(character, target, *, seed=0, symmetry="auto", proportions=True, threa
         best(embedding)
     _told(progress, 1.0)
     return embedding
+
+
+def explore(character, target, *, count=5, least_difference=0.15, found=None, **search):
+    best = embed(character, target, **search)
+    calls[-1] = "explore"
+    others = [Embedding(root=best.root, angles=[0.1 * k] * character.angle_count, morphology=best.morphology) for k in range(1, count)]
+    return [best, *others]
+
+
+def skeleton_fit(character, target, embedding):
+    return {"protrusion": [0.0] * (len(character.names) - 1) + [0.1], "collisions": [(0, 1, 0.01)]}
+
+
+def bone_frames(character, embedding):
+    return [[1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, float(i), 0, 0, 1] for i in range(len(character.names))]
 
 
 def _behave(seed, progress):

@@ -1,0 +1,286 @@
+#include "embedding/search.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace transformables {
+namespace {
+
+// The search ranks by the total plus this times all depths of collision and protrusion. The squares of Eqs. 4
+// and 5 are flat near zero and lose against L_skin, whose sum is in the hundreds: they would leave a design infeasible.
+constexpr double kFeasibility = 1e4;
+constexpr double kPinned = 1e5;          // so that a bone is rather out of the target than off its pin
+constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian counts as much as this move
+constexpr double kWideSigma = 0.35, kCarefulSigma = 0.08, kRestartSigma = 0.15;
+constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
+
+// Successive halving: of the starts a third goes on after the short run, an eighth after the middle one.
+constexpr std::size_t kPromising = 3, kGood = 8;
+constexpr int kPosesTried = 16;          // random poses for each start, before any search
+constexpr long kShortRun = 300, kMiddleRun = 900, kLongRun = 2500;
+constexpr int kRoughVoxels = 32;         // along the target's longest side, for the first rounds
+constexpr std::size_t kRoughFew = 3000;  // voxels: with more, one in five is a boundary sample
+
+/// Box centre when that is inside, else the deepest place inside.
+Eigen::Vector3d start_head(const Target& target) {
+  const GridShape& shape = target.distance.shape;
+  const Eigen::Vector3i centre = shape.nearest(Eigen::Vector3d::Zero());
+  if (shape.contains(centre) && std::binary_search(target.inside.begin(), target.inside.end(), shape.index(centre)))
+    return Eigen::Vector3d::Zero();
+  const std::size_t deepest = *std::min_element(target.inside.begin(), target.inside.end(), [&](std::size_t a, std::size_t b) {
+    return target.distance[a] < target.distance[b];
+  });
+  Eigen::Vector3d head = shape.position(deepest);
+  if (target.mirror_axis) head[*target.mirror_axis] = 0;
+  return head;
+}
+
+/// A coarser grid for the first look, or the fine one where a coarser would lose too much of the target.
+std::shared_ptr<const Voxels> coarser(const Target& target, const std::shared_ptr<const Voxels>& fine) {
+  const int stride = Voxels::stride_of(target, kRoughVoxels);
+  const auto kept = std::count_if(target.inside.begin(), target.inside.end(), [&](std::size_t i) {
+    const Eigen::Vector3i c = target.distance.shape.cell(i);
+    return c.x() % stride == 0 && c.y() % stride == 0 && c.z() % stride == 0;
+  });
+  const double share = double(kept) * stride * stride * stride / double(target.inside.size());
+  if (stride == fine->stride || kept < 1000 || std::abs(share - 1) > 0.1) return fine;
+  return std::make_shared<const Voxels>(target, kRoughVoxels, kRoughFew);
+}
+
+}  // namespace
+
+Search::Search(const Character& character, const Target& target, const EmbeddingOptions& options, bool symmetric,
+               const Progress& progress, const Hear& best_so_far)
+    : options_(options), symmetric_(symmetric), progress_(progress), best_so_far_(best_so_far),
+      unknowns_(character, target, options, symmetric), start_head_(start_head(target)),
+      fine_(std::make_shared<const Voxels>(target)), coarse_(coarser(target, fine_)), difference_(character, target, *fine_),
+      workers_([&character, &target, &options, this] {
+        return Worker{Evaluator(character, target, fine_, options.weights), Evaluator(character, target, coarse_, options.weights),
+                      {Eigen::Isometry3d::Identity(), Eigen::VectorXd::Zero(character.angle_count)},
+                      Morphology::Ones(Eigen::Index(character.bones.size()))};
+      }),
+      arena_(options.threads == 0 ? tbb::task_arena::automatic : options.threads) {}
+
+double Search::pin_error(const Skeleton& skeleton) const {
+  double error = 0;
+  for (std::size_t k = 1; k < options_.pinned.size(); ++k) {  // the first is held exactly, by the unknowns
+    const PinnedBone& pin = options_.pinned[k];
+    const auto bone = std::size_t(pin.bone);
+    const double turn = Eigen::AngleAxisd(Eigen::Matrix3d(skeleton.rotations[bone] * pin.frame.linear().transpose())).angle();
+    error += (skeleton.heads[bone] - pin.frame.translation()).norm() + kPinnedTurn * turn;
+  }
+  return error;
+}
+
+double Search::value_of(Worker& worker, const Job& job) const {
+  unknowns_.read(job.y, job.start, worker.pose, worker.morphology);
+  Evaluator& evaluator = rough_ ? worker.coarse : worker.fine;
+  const Evaluation result = evaluator(worker.pose, worker.morphology);
+  return result.terms.total + kFeasibility * result.violation + kPinned * pin_error(evaluator.skeleton());
+}
+
+void Search::evaluate(std::vector<Job>& jobs) {
+  // In pieces, so that a stop is heard soon; each value goes to its own place, whichever thread has it.
+  const std::size_t piece = 8 * std::size_t(arena_.max_concurrency());
+  for (std::size_t begin = 0; begin < jobs.size(); begin += piece) {
+    arena_.execute([&] {
+      tbb::parallel_for(begin, std::min(jobs.size(), begin + piece), [&](std::size_t k) { jobs[k].value = value_of(workers_.local(), jobs[k]); });
+    });
+    evaluations_ += long(std::min(jobs.size(), begin + piece) - begin);
+    tick();
+  }
+}
+
+Embedding Search::embedding_of(const Eigen::VectorXd& y, const StartPlace& start) {
+  Worker& worker = workers_.local();
+  unknowns_.read(y, start, worker.pose, worker.morphology);
+  Evaluator& evaluator = rough_ ? worker.coarse : worker.fine;
+  const Evaluation result = evaluator(worker.pose, worker.morphology);
+  const double value = result.terms.total + kFeasibility * result.violation + kPinned * pin_error(evaluator.skeleton());
+  return {worker.pose, worker.morphology, result.terms, value, symmetric_, result.deepest_protrusion, result.deepest_collision, evaluations_};
+}
+
+CmaEs Search::optimiser(const Eigen::VectorXd& mean, double sigma, int population, std::uint64_t stream) const {
+  CmaEs::Options options;
+  options.population = population;
+  options.seed = options_.seed * 1000003 + stream;
+  options.tol_fun = 1e-3;
+  options.tol_x = 1e-3;
+  return CmaEs(mean, sigma, options);
+}
+
+/// The most promising of random poses, no search yet; start rotations take turns.
+std::vector<Search::Job> Search::screened(std::size_t count) {
+  const std::vector<Eigen::Matrix3d> rotations = unknowns_.start_rotations();
+  Random random(options_.seed);
+  const auto tries = std::size_t(kPosesTried);
+  std::vector<Job> jobs;
+  for (std::size_t k = 0; k < count * tries; ++k) {
+    Job job{Eigen::VectorXd::Zero(unknowns_.count()), {rotations[k / tries % rotations.size()], start_head_}};
+    for (Eigen::Index i = unknowns_.root_count(); i < job.y.size(); ++i) job.y[i] = random.uniform(-0.6, 0.6);
+    jobs.push_back(std::move(job));
+  }
+  evaluate(jobs);
+  std::vector<Job> best;
+  for (auto begin = jobs.begin(); begin != jobs.end(); begin += kPosesTried)
+    best.push_back(*std::min_element(begin, begin + kPosesTried, [](const Job& a, const Job& b) { return a.value < b.value; }));
+  return best;
+}
+
+std::vector<Search::Run> Search::started(std::size_t count) {
+  std::vector<Run> runs;
+  for (Job& job : screened(count)) {
+    const std::uint64_t stream = runs.size() + 1;
+    runs.push_back({optimiser(job.y, kWideSigma, 0, stream), job.start, stream, 0, 0, job.y, job.value, {}});
+  }
+  return runs;
+}
+
+void Search::take(const Run& run) {
+  if (!(run.best_value < best_value_)) return;
+  best_value_ = run.best_value;
+  if (best_so_far_) best_so_far_(embedding_of(run.best, run.start));
+}
+
+void Search::restart(Run& run) {
+  ++run.restarts;
+  run.cma = optimiser(run.best, kRestartSigma, 2 * run.cma.population(), 7919 * std::uint64_t(run.restarts) + run.stream);
+}
+
+void Search::advance_once(std::vector<Run*>& active) {
+  std::vector<Job> jobs;
+  for (Run* run : active) {
+    const Eigen::MatrixXd& samples = run->cma.ask();
+    for (Eigen::Index k = 0; k < samples.cols(); ++k) jobs.push_back({samples.col(k), run->start});
+  }
+  evaluate(jobs);
+  auto job = jobs.begin();
+  for (Run* run : active) {
+    Eigen::VectorXd values(run->cma.population());
+    for (double& value : values) {
+      value = job->value;
+      if (value < run->best_value) {
+        run->best_value = value;
+        run->best = job->y;
+      }
+      ++job;
+    }
+    run->cma.tell(values);
+    run->used += run->cma.population();
+    take(*run);
+  }
+}
+
+/// All runs together, generation by generation, until each has converged or used `bound` evaluations.
+void Search::advance(std::vector<Run>& runs, long bound) {
+  for (;;) {
+    std::vector<Run*> active;
+    for (Run& run : runs) {
+      if (run.used > 0 && run.used + run.cma.population() > bound) continue;
+      if (run.cma.stop() != CmaEs::Stop::kNone) {
+        if (run.restarts == kRestarts || run.used + 4 * run.cma.population() > bound) continue;
+        restart(run);
+      }
+      active.push_back(&run);
+    }
+    if (active.empty()) return;
+    advance_once(active);
+  }
+}
+
+void Search::read_partition(Run& run) {
+  Worker& worker = workers_.local();
+  unknowns_.read(run.best, run.start, worker.pose, worker.morphology);
+  worker.fine(worker.pose, worker.morphology);
+  worker.fine.read_partition(run.partition);
+}
+
+bool Search::differs(const Run& run, const std::vector<Run>& from) const {
+  return std::all_of(from.begin(), from.end(),
+                     [&](const Run& other) { return difference_(run.partition, other.partition) >= least_difference_; });
+}
+
+/// Takes the best out of `runs`, but of those alike only the best one.
+std::vector<Search::Run> Search::best_that_differ(std::vector<Run>& runs, std::size_t count) {
+  std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.best_value < b.best_value; });
+  std::vector<Run> kept;
+  for (Run& run : runs) {
+    if (kept.size() == count) break;
+    read_partition(run);
+    if (differs(run, kept)) kept.push_back(std::move(run));
+  }
+  return kept;
+}
+
+/// From here on evaluations are on the fine grid: values so far do not compare with those.
+void Search::go_on_finely(std::vector<Run>& runs) {
+  rough_ = false;
+  best_value_ = std::numeric_limits<double>::infinity();
+  std::vector<Job> jobs;
+  for (const Run& run : runs) jobs.push_back({run.best, run.start});
+  evaluate(jobs);
+  for (std::size_t k = 0; k < runs.size(); ++k) runs[k].best_value = jobs[k].value;
+}
+
+/// Runs a few candidates to their end; each that has become a solution unlike all before is told.
+void Search::finish(std::vector<Run>& finalists, std::vector<Run>& ended, const Hear& found) {
+  advance(finalists, options_.evaluations);
+  for (Run& run : finalists) {
+    read_partition(run);
+    if (found && differs(run, ended)) found(embedding_of(run.best, run.start));
+    ended.push_back(std::move(run));
+  }
+}
+
+std::vector<Embedding> Search::wide(int count, double least_difference, const Hear& found) {
+  least_difference_ = least_difference;
+  const long bound = options_.evaluations;
+  const auto together = std::size_t(options_.runs), finalists = std::max(together, std::size_t(count) * 3 / 2);
+  const auto starts = finalists * std::size_t(options_.starts);
+  const auto promising = std::max(finalists, starts / kPromising), good = std::max(finalists, starts / kGood);
+  planned_ = long(starts) * (kPosesTried + std::min(kShortRun, bound)) + long(promising) * std::min(kMiddleRun, bound) +
+             long(good) * std::min(kLongRun, bound) + long(finalists) * bound;
+  rough_ = true;
+  std::vector<Run> runs = started(starts);
+  advance(runs, std::min(kShortRun, bound));
+  runs = best_that_differ(runs, promising);
+  advance(runs, std::min(kMiddleRun, bound));
+  runs = best_that_differ(runs, good);
+  advance(runs, std::min(kLongRun, bound));
+  go_on_finely(runs);
+  std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.best_value < b.best_value; });
+  std::vector<Run> ended;
+  std::vector<Embedding> solutions;
+  for (std::size_t tried = 0; tried < runs.size();) {
+    std::vector<Run> batch;
+    for (; tried < runs.size() && batch.size() < together; ++tried) {
+      read_partition(runs[tried]);
+      if (differs(runs[tried], ended) && differs(runs[tried], batch)) batch.push_back(std::move(runs[tried]));
+    }
+    finish(batch, ended, found);
+    settle(ended);
+    if (ended.size() >= std::size_t(count)) break;
+  }
+  for (std::size_t k = 0; k < std::min(ended.size(), std::size_t(count)); ++k) solutions.push_back(embedding_of(ended[k].best, ended[k].start));
+  return solutions;
+}
+
+/// Best first, and of those that came to be alike only the best one.
+void Search::settle(std::vector<Run>& ended) { ended = best_that_differ(ended, ended.size()); }
+
+Embedding Search::careful(const Embedding& from) {
+  planned_ = options_.evaluations;
+  StartPlace start;
+  const Eigen::VectorXd y = unknowns_.write(from.pose, from.morphology, start);
+  std::vector<Job> given{{y, start}};
+  evaluate(given);
+  std::vector<Run> runs;
+  runs.push_back({optimiser(y, kCarefulSigma, 0, 1), start, 1, 1, 0, y, given[0].value, {}});
+  take(runs[0]);
+  advance(runs, options_.evaluations);
+  return embedding_of(runs[0].best, runs[0].start);
+}
+
+}  // namespace transformables

@@ -1,0 +1,92 @@
+// The search for embeddings: many starts, of which the good and different ones go on (successive halving over CMA-ES runs).
+#pragma once
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/task_arena.h>
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "common/progress.h"
+#include "embedding/cma_es.h"
+#include "embedding/difference.h"
+#include "embedding/embedding.h"
+#include "embedding/evaluator.h"
+#include "embedding/unknowns.h"
+
+namespace transformables {
+
+/// One object a search. Its input is checked by the door (embedding.cpp).
+class Search {
+ public:
+  using Hear = std::function<void(const Embedding&)>;
+
+  Search(const Character& character, const Target& target, const EmbeddingOptions& options, bool symmetric, const Progress& progress,
+         const Hear& best_so_far);
+
+  /// From nothing: `count` solutions that differ by `least_difference` at least, best first; at least one.
+  std::vector<Embedding> wide(int count, double least_difference, const Hear& found);
+  /// From a given pose: one run with a small step.
+  Embedding careful(const Embedding& from);
+
+ private:
+  struct Worker {
+    Evaluator fine, coarse;
+    Pose pose;
+    Morphology morphology;
+  };
+  /// A place to evaluate; the value is put there.
+  struct Job {
+    Eigen::VectorXd y;
+    StartPlace start;
+    double value = 0;
+  };
+  struct Run {
+    CmaEs cma;
+    StartPlace start;
+    std::uint64_t stream = 0;  ///< of its random numbers
+    long used = 0;             ///< evaluations of this run and those before its restarts
+    int restarts = 0;
+    Eigen::VectorXd best = {};
+    double best_value = std::numeric_limits<double>::infinity();
+    Partition partition = {};  ///< of its best, when it was last asked for
+  };
+
+  std::vector<Run> started(std::size_t count);
+  std::vector<Job> screened(std::size_t count);
+  void go_on_finely(std::vector<Run>& runs);
+  void advance(std::vector<Run>& runs, long bound);
+  void advance_once(std::vector<Run*>& active);
+  void restart(Run& run);
+  void evaluate(std::vector<Job>& jobs);
+  double value_of(Worker& worker, const Job& job) const;
+  double pin_error(const Skeleton& skeleton) const;
+  void take(const Run& run);
+  void read_partition(Run& run);
+  bool differs(const Run& run, const std::vector<Run>& from) const;
+  std::vector<Run> best_that_differ(std::vector<Run>& runs, std::size_t count);
+  void finish(std::vector<Run>& finalists, std::vector<Run>& ended, const Hear& found);
+  void settle(std::vector<Run>& ended);
+  Embedding embedding_of(const Eigen::VectorXd& y, const StartPlace& start);
+  CmaEs optimiser(const Eigen::VectorXd& mean, double sigma, int population, std::uint64_t stream) const;
+  void tick() { progress_(std::min(1.0, double(evaluations_) / double(planned_)), "embedding"); }
+
+  const EmbeddingOptions& options_;
+  bool symmetric_;
+  const Progress& progress_;
+  const Hear& best_so_far_;
+  Unknowns unknowns_;
+  Eigen::Vector3d start_head_;
+  std::shared_ptr<const Voxels> fine_, coarse_;
+  PartitionDifference difference_;
+  double least_difference_ = 0;
+  tbb::enumerable_thread_specific<Worker> workers_;
+  tbb::task_arena arena_;
+  bool rough_ = false;                 ///< whether evaluations are on the coarse grid
+  long evaluations_ = 0, planned_ = 1;
+  double best_value_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace transformables
