@@ -49,6 +49,13 @@ def test_rule_1_does_not_count_muted_or_world_space_constraints(joint):
     assert read(joint) == [(0, -90, 90)]
 
 
+def test_a_limit_rotation_in_another_space_is_told_and_not_read(joint):
+    scenes.limit_rotation(joint, space="POSE", x=(0, 0), y=(0, 0), z=(-30, 30))
+    warnings = []
+    assert len(hinges_of(joint, warnings)[0]) == 1
+    assert len(warnings) == 1 and "Local Space" in warnings[0] and joint.name in warnings[0]
+
+
 def test_rule_1_axes_without_a_limit_are_free_like_those_of_ik(joint):
     scenes.limit_rotation(joint, x=(-20, 20), z=(0, 0))
     assert read(joint) == [(0, -20, 20), (1, -90, 90)]

@@ -80,7 +80,7 @@ def hinges_of(pose_bone, warnings):
 
     1. Limit Rotation, 2. IK settings, 3. a silent bone: local X, 4. all locked: none.
     """
-    ranges = _limit_rotation_ranges(pose_bone) or _ik_ranges(pose_bone)
+    ranges = _limit_rotation_ranges(pose_bone, warnings) or _ik_ranges(pose_bone)
     explicit = ranges is not None
     if not explicit:
         ranges = [DEFAULT_RANGE, None, None]
@@ -96,12 +96,16 @@ def hinges_of(pose_bone, warnings):
     return hinges, explicit
 
 
-def _limit_rotation_ranges(pose_bone):
+def _limit_rotation_ranges(pose_bone, warnings):
     """A range an axis, from all Limit Rotation constraints in local space together; None when none says anything."""
     ranges = [(-math.inf, math.inf)] * 3
     said = False
     for constraint in pose_bone.constraints:
-        if constraint.type != "LIMIT_ROTATION" or constraint.mute or constraint.influence <= 0 or constraint.owner_space != "LOCAL":
+        if constraint.type != "LIMIT_ROTATION" or constraint.mute or constraint.influence <= 0:
+            continue
+        if constraint.owner_space != "LOCAL":
+            warnings.append(f"bone '{pose_bone.name}': its Limit Rotation is not in Local Space, so it was not read: set its Owner to "
+                            "Local Space")
             continue
         for axis, letter in enumerate(LETTERS):
             if not getattr(constraint, f"use_limit_{letter}"):
