@@ -102,3 +102,17 @@ def test_the_best_pose_is_told_as_lines_in_blenders_world(native):
 def test_an_unknown_end_is_refused(native):
     with pytest.raises(UserError):
         pipeline.run(*two_bones(until="painting"), Ears())
+
+
+@pytest.mark.parametrize("left", [0, 1])
+def test_a_design_of_one_part_is_no_design(native, monkeypatch, left):
+    finish = native.finish
+
+    def nearly_nothing(*words, **options):
+        finished = finish(*words, **options)
+        del finished.parts[left:]
+        return finished
+
+    monkeypatch.setattr(native, "finish", nearly_nothing)
+    with pytest.raises(UserError, match=f"of 2 parts only {left} would be left"):
+        pipeline.run(*two_bones(), Ears())

@@ -132,6 +132,12 @@ def test_of_several_roots_the_character_is_one_tree_and_the_rest_is_told(empty_s
     assert any("pole" in w for w in character.warnings)
 
 
+def test_bones_that_are_not_joined_are_told_of_where_too_few_are_left(empty_scene):
+    rows = [(name, None, (x, 0, 0), (x, 0, 1), 0, None) for x, name in enumerate("abc")]
+    with pytest.raises(UserError, match="3 bones, but not joined"):
+        read_character(scenes.armature(rows))
+
+
 def test_an_armature_without_bones_or_with_one_is_refused(empty_scene):
     with pytest.raises(UserError, match="no bones"):
         read_character(scenes.armature([], "bare"))

@@ -55,7 +55,8 @@ def read_character(obj, limit=None):
     if limit is not None and len(tree) > limit:
         bones = _simplified(tree, limit)
     if len(bones) < 2:
-        raise UserError(f"'{obj.name}' has {len(bones)} bone: a character needs at least two, joined by a hinge")
+        apart = "" if len(obj.data.bones) == 1 else f" ({len(obj.data.bones)} bones, but not joined: give them parents)"
+        raise UserError(f"'{obj.name}' has {len(bones)} bone{apart}: a character needs at least two, joined by a hinge")
     left_out = [b.name for b in tree if b.name not in {kept.name for kept in bones}]
     if left_out:
         warnings.append(f"Simplify keeps {len(bones)} of {len(tree)} bones; left out: {_listed(left_out)}")

@@ -160,6 +160,9 @@ class _Run:
             self._certify(end - 0.03)
             if self.certificate.holds:
                 break
+        if len(self.parts.parts) < 2:
+            raise UserError(f"of {len(self.character.members)} parts only {len(self.parts.parts)} would be left, and one part can't fold: "
+                            "the other bones are very short or have no room. Make the bones' lengths more alike, or try another seed")
         self._warn(self.parts.warnings)
         if factor > 1 and self.certificate.holds:
             self._warn([f"Parts stand {factor * self.options.clearance_mm:.2g} mm apart, not {self.options.clearance_mm:.2g}: "
