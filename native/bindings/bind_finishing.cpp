@@ -31,6 +31,7 @@ void bind_finishing(py::module_& m) {
   py::class_<Parts>(m, "Parts")
       .def_property_readonly("parts", &part_dicts)
       .def_property_readonly("collisions", [](const Parts& p) { return collision_dicts(p.collisions); })
+      .def_readonly("certificate", &Parts::certificate)
       .def_readonly("minimum_clearance", &Parts::minimum_clearance)
       .def_readonly("carved_volume_pct", &Parts::carved_volume_pct)
       .def_readonly("filled_volume_pct", &Parts::filled_volume_pct)
@@ -52,9 +53,9 @@ void bind_finishing(py::module_& m) {
         return finish(segmentation, character, target, embedding, path, options, tell);
       },
       py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::arg("path"), py::kw_only(),
-      py::arg("clearance"), py::arg("style") = "solid", py::arg("wall") = 0.004, py::arg("threads") = 0, py::arg("exact_surface") = false,
+      py::arg("clearance"), py::arg("style") = "solid", py::arg("wall") = 0.004, py::arg("threads") = 0, py::arg("exact_surface") = true,
       py::arg("progress") = py::none(),
-      "Clearance, carving along the path, meshes, checks. clearance and wall: target units. Raises InvalidInput, Cancelled.");
+      "Clearance, carving along the path, meshes, checks, proof. clearance and wall: target units. Raises InvalidInput, Cancelled.");
 }
 
 }  // namespace transformables::bindings

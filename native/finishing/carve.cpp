@@ -16,9 +16,10 @@ namespace {
 constexpr double kReach = 1.5;      ///< steps beyond the gap to which swept values are known, so that carving interpolates
 constexpr double kWindow = 0.6;     ///< steps: at least one sample is as near to any surface
 constexpr double kThinnest = 0.0034; ///< target units: 1 mm of 150 mm
+constexpr double kAround = 0.025;     ///< target units about a place that is carved again: reaches the next one that is told (pair_proof.cpp)
 constexpr double kNoise = 0.05;     ///< steps by which two first-order distances may seem to fall short of a gap
 
-double reach_of(const Lattice& lattice) { return lattice.gap + kReach * lattice.step(); }
+double reach_of(const Lattice& lattice, double gap) { return gap + kReach * lattice.step(); }
 
 /// How near the two parts come: at a place between them, the sum of its distances to both. Places further from one
 /// of them than half a step beyond the middle of the gap tell nothing that a nearer one does not tell better.
@@ -27,13 +28,30 @@ struct Nearest {
   std::int32_t where = 0;
 };
 
-Nearest nearest(const PartField& part, const Swept& swept, const Lattice& lattice) {
+/// @param mask  samples of the part that count; empty: all
+Nearest nearest(const PartField& part, const Swept& swept, const Lattice& lattice, double gap, const std::vector<char>& mask) {
   Nearest best;
-  const float window = float(lattice.gap / 2 + kWindow * lattice.step());
+  const float window = float(gap / 2 + kWindow * lattice.step());
   for (std::size_t n = 0; n < swept.least.size(); ++n)
-    if (swept.least[n] < window && part.distance[n] < window && part.distance[n] + swept.least[n] < best.gap)
+    if (swept.least[n] < window && part.distance[n] < window && part.distance[n] + swept.least[n] < best.gap && (mask.empty() || mask[n]))
       best = {part.distance[n] + swept.least[n], swept.where[n]};
   return best;
+}
+
+/// Flags of a part's samples around some places.
+std::vector<char> mask_around(const PartField& part, const std::vector<Eigen::Vector3d>& places) {
+  const GridShape& shape = part.shape();
+  std::vector<char> mask(places.empty() ? 0 : shape.count(), 0);
+  for (const Eigen::Vector3d& place : places) {
+    const Eigen::Array3d centre = (place - shape.origin).array() / shape.step;
+    const double radius = kAround / shape.step;
+    const Eigen::Array3i low = (centre - radius).ceil().cast<int>().max(0), high = (centre + radius).floor().cast<int>().min(shape.size.array() - 1);
+    for (int k = low.z(); k <= high.z(); ++k)
+      for (int j = low.y(); j <= high.y(); ++j)
+        for (int i = low.x(); i <= high.x(); ++i)
+          if ((Eigen::Array3d(i, j, k) - centre).matrix().norm() <= radius) mask[shape.index(i, j, k)] = 1;
+  }
+  return mask;
 }
 
 /// What a part would be after giving way.
@@ -60,21 +78,29 @@ double weight_of(const PartField& part, const Grid<float>& psi, const Lattice& l
   return weight;
 }
 
-Trial try_carving(const PartField& part, const Swept& swept, const Lattice& lattice, bool shielded) {
+/// How a pair is carved.
+struct Manner {
+  double gap = 0;
+  bool exact = false;   ///< beside what goes, a part's distance takes the place of its field, which may be steeper and so hide what is too near
+};
+
+Trial try_carving(const PartField& part, const Swept& swept, const Lattice& lattice, const Manner& manner, const std::vector<char>& mask, bool shielded) {
   Trial trial;
   trial.psi = part.psi;
-  const float gap = float(lattice.gap);
-  for (std::size_t n = 0; n < swept.least.size(); ++n)
-    if (swept.least[n] < swept.reach) trial.psi[n] = given_way(part.psi[n], swept.least[n], part.core[n], gap, shielded);
+  const float gap = float(manner.gap), beside = gap + float(lattice.step());
+  for (std::size_t n = 0; n < swept.least.size(); ++n) {
+    if (swept.least[n] >= swept.reach || (!mask.empty() && !mask[n])) continue;
+    const float value = manner.exact && swept.least[n] < beside ? part.distance[n] : part.psi[n];
+    trial.psi[n] = given_way(value, swept.least[n], part.core[n], gap, shielded);
+  }
   trial.dropped = keep_core_piece(trial.psi, part.core);
   trial.lost = weight_of(part, part.psi, lattice) - weight_of(part, trial.psi, lattice);
   return trial;
 }
 
-void apply(PartField& part, Trial&& trial, const Swept& swept, const Lattice& lattice, bool shielded) {
-  const float gap = float(lattice.gap);
+void apply(PartField& part, Trial&& trial, const Swept& swept, float gap, const std::vector<char>& mask, bool shielded) {
   for (std::size_t n = 0; n < swept.least.size(); ++n) {
-    if (swept.least[n] >= swept.reach) continue;
+    if (swept.least[n] >= swept.reach || (!mask.empty() && !mask[n])) continue;
     part.distance[n] = given_way(part.distance[n], swept.least[n], part.core[n], gap, shielded);
     if (!shielded) part.core[n] = std::max(part.core[n], gap - swept.least[n]);
   }
@@ -85,49 +111,55 @@ void apply(PartField& part, Trial&& trial, const Swept& swept, const Lattice& la
 
 class PairCarver {
  public:
-  PairCarver(const Scene& scene, const MoveMotion& motion, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, bool exact)
-      : lattice_(scene.lattice), motion_(motion), parts_(parts), dropped_(dropped), exact_(exact) {}
+  /// @param demand  where, and how much further apart than usual; null: all over, and no further
+  PairCarver(const Scene& scene, const MoveMotion& motion, PartField& a, PartField& b, bool exact, const Demand* demand)
+      : lattice_(scene.lattice), motion_(motion), manner_{scene.lattice.gap + (demand ? demand->extra : 0), exact} {
+    a_ = {&a, demand ? mask_around(a, a.bone < b.bone ? demand->on_a : demand->on_b) : std::vector<char>{}};
+    b_ = {&b, demand ? mask_around(b, a.bone < b.bone ? demand->on_b : demand->on_a) : std::vector<char>{}};
+    if (b.shape().count() < a.shape().count()) std::swap(a_, b_);
+  }
 
-  /// Makes a pair free of collisions in this move; false when it was already.
-  bool resolve(int i, int j) {
-    PartField *a = &parts_[i], *b = &parts_[j];
-    if (b->shape().count() < a->shape().count()) std::swap(a, b);
-    const Swept into_a = swept(*a, *b);
-    if (!collide(*a, into_a)) return false;
-    // A field that is no distance would hide what is still too near from the carving below.
-    if (exact_) a->psi = a->distance, b->psi = b->distance;
-    const Swept into_b = swept(*b, *a);
-    Trial trial_a = try_carving(*a, into_a, lattice_, true), trial_b = try_carving(*b, into_b, lattice_, true);
+  /// Makes the pair free of collisions in this move; false when it was already.
+  bool resolve(std::vector<std::size_t>& dropped) {
+    const Swept into_a = swept(a_, b_);
+    if (!collide(a_, into_a)) return false;
+    const Swept into_b = swept(b_, a_);
+    Trial trial_a = trial(a_, into_a, true), trial_b = trial(b_, into_b, true);
     const bool a_yields = trial_a.lost <= trial_b.lost;
-    PartField *loser = a_yields ? a : b, *winner = a_yields ? b : a;
-    take(*loser, a_yields ? std::move(trial_a) : std::move(trial_b), a_yields ? into_a : into_b, true);
+    const Side &loser = a_yields ? a_ : b_, &winner = a_yields ? b_ : a_;
+    take(loser, a_yields ? std::move(trial_a) : std::move(trial_b), a_yields ? into_a : into_b, true, dropped);
     // What is left colliding is the loser's core, to which the winner's skin gives way, and at last core against core.
-    yield(*winner, *loser, true);
-    yield(*loser, *winner, false);
+    yield(winner, loser, true, dropped);
+    yield(loser, winner, false, dropped);
     return true;
   }
 
  private:
-  Swept swept(const PartField& a, const PartField& b) const {
-    return sweep(a, b.distance, PairConfigurations(motion_, a, b), lattice_.cover, reach_of(lattice_));
+  struct Side {
+    PartField* part = nullptr;
+    std::vector<char> mask;
+  };
+
+  Swept swept(const Side& a, const Side& b) const {
+    return sweep(*a.part, b.part->distance, PairConfigurations(motion_, *a.part, *b.part), lattice_.cover, reach_of(lattice_, manner_.gap));
   }
-  bool collide(const PartField& part, const Swept& s) const {
-    return nearest(part, s, lattice_).gap < lattice_.gap - kNoise * lattice_.step();
+  bool collide(const Side& side, const Swept& s) const {
+    return nearest(*side.part, s, lattice_, manner_.gap, side.mask).gap < manner_.gap - kNoise * lattice_.step();
   }
-  void take(PartField& part, Trial&& trial, const Swept& s, bool shielded) {
-    dropped_[part.bone] += trial.dropped;
-    apply(part, std::move(trial), s, lattice_, shielded);
+  Trial trial(const Side& side, const Swept& s, bool shielded) const { return try_carving(*side.part, s, lattice_, manner_, side.mask, shielded); }
+  void take(const Side& side, Trial&& done, const Swept& s, bool shielded, std::vector<std::size_t>& dropped) const {
+    dropped[side.part->bone] += done.dropped;
+    apply(*side.part, std::move(done), s, float(manner_.gap), side.mask, shielded);
   }
-  void yield(PartField& part, const PartField& other, bool shielded) {
-    const Swept s = swept(part, other);
-    if (collide(part, s)) take(part, try_carving(part, s, lattice_, shielded), s, shielded);
+  void yield(const Side& side, const Side& other, bool shielded, std::vector<std::size_t>& dropped) const {
+    const Swept s = swept(side, other);
+    if (collide(side, s)) take(side, trial(side, s, shielded), s, shielded, dropped);
   }
 
   const Lattice& lattice_;
   const MoveMotion& motion_;
-  std::vector<PartField>& parts_;
-  std::vector<std::size_t>& dropped_;
-  const bool exact_;
+  Side a_, b_;   // the smaller one first
+  const Manner manner_;
 };
 
 /// Pairs that can come near each other in a move, in order.
@@ -150,13 +182,13 @@ std::vector<std::pair<int, int>> near_pairs(const MoveMotion& motion, const std:
 
 /// Calls f(move index, its motion, pairs that can meet) along the path.
 template <class F>
-void for_each_move(const Scene& scene, const std::vector<PartField>& parts, const Progress& progress, const char* note, F&& f) {
+void for_each_move(const Scene& scene, const std::vector<PartField>& parts, double reach, const Progress& progress, const char* note, F&& f) {
   const auto states = states_of(scene.path, scene.embedding.pose.angles);
   for (std::size_t m = 0; m < scene.path.moves.size(); ++m) {
     progress(double(m) / scene.path.moves.size(), note);
     const MoveMotion motion(scene.character, scene.embedding, scene.segmentation, scene.path.moves[m], states[m], parts,
                             scene.options, scene.lattice.cover);
-    f(m, motion, near_pairs(motion, parts, reach_of(scene.lattice)));
+    f(m, motion, near_pairs(motion, parts, reach));
   }
 }
 
@@ -170,11 +202,12 @@ double overlap_at(const PartField& a, const PartField& b, const PairConfiguratio
 
 }  // namespace
 
-bool carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, bool exact, const Progress& progress) {
-  bool changed = false;
-  for_each_move(scene, parts, progress, "carving along the path", [&](std::size_t, const MoveMotion& motion, const auto& pairs) {
-    PairCarver carver(scene, motion, parts, dropped, exact);
-    for (const auto& [a, b] : pairs) changed |= carver.resolve(a, b);
+std::vector<char> carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, bool exact, const Progress& progress) {
+  std::vector<char> changed(parts.size(), 0);
+  const double reach = reach_of(scene.lattice, scene.lattice.gap);
+  for_each_move(scene, parts, reach, progress, "carving along the path", [&](std::size_t, const MoveMotion& motion, const auto& pairs) {
+    for (const auto& [a, b] : pairs)
+      if (PairCarver(scene, motion, parts[a], parts[b], exact, nullptr).resolve(dropped)) changed[a] = changed[b] = 1;
   });
   // The walls of a shell are thin on purpose.
   if (scene.options.style == Style::kSolid)
@@ -182,19 +215,34 @@ bool carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::s
   return changed;
 }
 
+std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::vector<PartField>& parts, std::vector<std::size_t>& dropped,
+                              const Progress& progress) {
+  std::vector<char> changed(parts.size(), 0);
+  double extra = 0;
+  for (const auto& [pair, demand] : demands) extra = std::max(extra, demand.extra);
+  const double reach = reach_of(scene.lattice, scene.lattice.gap + extra);
+  for_each_move(scene, parts, reach, progress, "carving where parts are too near", [&](std::size_t, const MoveMotion& motion, const auto& pairs) {
+    for (const auto& [a, b] : pairs) {
+      const auto found = demands.find(std::minmax(parts[a].bone, parts[b].bone));
+      if (found == demands.end()) continue;
+      if (PairCarver(scene, motion, parts[a], parts[b], true, &found->second).resolve(dropped)) changed[a] = changed[b] = 1;
+    }
+  });
+  return changed;
+}
+
 Measured measure(const Scene& scene, const std::vector<PartField>& parts, const Progress& progress) {
-  const double reach = reach_of(scene.lattice);
-  Measured measured{{}, scene.path.moves.empty() ? scene.lattice.gap : reach};
-  for_each_move(scene, parts, progress, "measuring the finished parts", [&](std::size_t m, const MoveMotion& motion, const auto& pairs) {
+  const double gap = scene.lattice.gap, reach = reach_of(scene.lattice, gap);
+  Measured measured{{}, reach};
+  for_each_move(scene, parts, reach, progress, "measuring the finished parts", [&](std::size_t m, const MoveMotion& motion, const auto& pairs) {
     for (const auto& [i, j] : pairs) {
       const bool swap = parts[j].shape().count() < parts[i].shape().count();
       const PartField &a = parts[swap ? j : i], &b = parts[swap ? i : j];
       const PairConfigurations configurations(motion, a, b);
-      const Nearest found = nearest(a, sweep(a, b.distance, configurations, scene.lattice.cover, reach), scene.lattice);
+      const Nearest found = nearest(a, sweep(a, b.distance, configurations, scene.lattice.cover, reach), scene.lattice, gap, {});
       measured.least_gap = std::min(measured.least_gap, double(found.gap));
       if (found.gap >= 0) continue;
-      measured.collisions.push_back({std::min(a.bone, b.bone), std::max(a.bone, b.bone), m,
-                                     double(found.where) / motion.last(),
+      measured.collisions.push_back({std::min(a.bone, b.bone), std::max(a.bone, b.bone), m, double(found.where) / motion.last(),
                                      overlap_at(a, b, configurations, found.where, scene.lattice)});
     }
   });

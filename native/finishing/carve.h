@@ -1,6 +1,9 @@
 // Carving: parts that would meet along the path give way, and what is left is measured.
 #pragma once
 
+#include <Eigen/Core>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "character/character.h"
@@ -22,16 +25,27 @@ struct Scene {
   const Lattice& lattice;
 };
 
-/// Removes from the parts what comes nearer than the lattice's gap to another part somewhere along the path. A part's
-/// core gives way only to another's core. Pieces that are cut off are dropped, and so is what is left too thin.
+/// Where a pair of parts must stand further apart than the lattice's gap.
+struct Demand {
+  double extra = 0;                                ///< target units
+  std::vector<Eigen::Vector3d> on_a, on_b;         ///< around these places, each in object mode on its own part; none: all over
+};
+using Demands = std::map<std::pair<int, int>, Demand>;   ///< by bones, the lesser first
+
+/// Removes from the parts what comes nearer than the lattice's gap to another part somewhere along the path. A part's core gives way only to
+/// another's core. Pieces that are cut off are dropped, and so is what is left too thin.
 /// @param dropped  samples dropped, added up for each part
-/// @param exact    replace the field of a part that must give way by its distance first: for all passes but the first
-/// @return whether anything was removed
-bool carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, bool exact, const Progress& progress);
+/// @param exact    beside what must give way take distances for the parts' fields: for all passes but the first
+/// @return for each part whether anything was removed
+std::vector<char> carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, bool exact, const Progress& progress);
+
+/// The same for single pairs, at places where they were found too near, and with a wider gap.
+std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::vector<PartField>& parts, std::vector<std::size_t>& dropped,
+                              const Progress& progress);
 
 struct Measured {
   std::vector<Collision> collisions;   ///< worst first
-  double least_gap = 0;                ///< a lower bound over the whole motion, `cover` taken off
+  double least_gap = 0;                ///< a lower bound over the whole motion on samples, `cover` taken off
 };
 Measured measure(const Scene& scene, const std::vector<PartField>& parts, const Progress& progress);
 

@@ -6,10 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <string>
+#include <tuple>
 
 #include "finishing/box_tree.h"
 #include "finishing/pair_proof.h"
@@ -32,9 +33,9 @@ void check_options(const CertificateOptions& o) {
   demand(o.threads >= 0, "threads must be 0 (all cores) or more");
 }
 
-void check_parts(const Parts& parts, const Character& character) {
+void check_parts(const std::vector<Part>& parts, const Character& character) {
   std::vector<char> seen(character.bones.size(), 0);
-  for (const Part& part : parts.parts) {
+  for (const Part& part : parts) {
     const std::string who = "the part of bone " + std::to_string(part.bone) + " ";
     demand(part.bone >= 0 && part.bone < int(character.bones.size()), who + "is not the character's; finish this character again");
     demand(!seen[part.bone], who + "is there twice; join them");
@@ -104,10 +105,10 @@ struct Solid {
   std::vector<Eigen::Vector3d> points;
 };
 
-std::vector<Solid> solids_of(const Parts& parts) {
-  std::vector<Solid> solids(parts.parts.size());
+std::vector<Solid> solids_of(const std::vector<Part>& parts) {
+  std::vector<Solid> solids(parts.size());
   tbb::parallel_for(std::size_t(0), solids.size(), [&](std::size_t n) {
-    solids[n] = {parts.parts[n].bone, box_tree(parts.parts[n].mesh), piece_points(parts.parts[n].mesh)};
+    solids[n] = {parts[n].bone, box_tree(parts[n].mesh), piece_points(parts[n].mesh)};
   });
   std::sort(solids.begin(), solids.end(), [](const Solid& a, const Solid& b) { return a.bone < b.bone; });
   return solids;
@@ -129,8 +130,8 @@ struct Task {
   bool first;   ///< in the first move: there no part may hold another; later none could without touching it
 };
 struct Outcome {
-  std::vector<PairProof::Row> rows;
-  std::optional<Uncertified> open;
+  std::vector<CertifiedInterval> rows;
+  std::vector<Uncertified> open;
   long steps = 0;
 };
 
@@ -142,19 +143,41 @@ Outcome prove(const Task& task, std::size_t move, const CertificateOptions& opti
     Eigen::Isometry3d into_b(start.turn);
     into_b.translation() = start.shift;
     if (holds_a_piece(*task.b, *task.a, into_b) || holds_a_piece(*task.a, *task.b, into_b.inverse(Eigen::Isometry))) {
-      outcome.open = Uncertified{move, a, b, 0, 0, Uncertified::Reason::kInside};
+      outcome.open.push_back({move, a, b, 0, 0, Uncertified::Reason::kInside});
       return outcome;
     }
   }
   PairProof proof(task.a->tree, task.b->tree, task.motion, options);
   const bool proved = proof.run();
   outcome.steps = proof.steps();
-  outcome.rows = proof.rows();
-  if (!proved)
-    outcome.open = Uncertified{move, a, b, proof.nearest_time(), proof.nearest_distance(),
-                               proof.unresolved() ? Uncertified::Reason::kUnresolved : Uncertified::Reason::kTouching};
+  for (const auto& row : proof.rows())
+    if (row.bound > 0) outcome.rows.push_back({move, a, b, row.t0, row.t1, row.bound});
+  for (const auto& touch : proof.touches())
+    outcome.open.push_back({move, a, b, touch.time, touch.distance, Uncertified::Reason::kTouching, touch.on_a, touch.on_b});
+  if (!proved && outcome.open.empty())
+    outcome.open.push_back({move, a, b, proof.nearest_time(), proof.nearest_distance(), Uncertified::Reason::kUnresolved});
   return outcome;
 }
+
+/// What is known of pairs already, in the order of a certificate's lists.
+class Known {
+ public:
+  Known() = default;
+  Known(const Certificate& before, const std::vector<char>& changed) : changed_(&changed) {
+    for (const auto& row : before.intervals) outcomes_[{row.move, row.bone_a, row.bone_b}].rows.push_back(row);
+    for (const auto& place : before.open) outcomes_[{place.move, place.bone_a, place.bone_b}].open.push_back(place);
+  }
+  /// Null when the pair must be looked at.
+  const Outcome* of(std::size_t move, int a, int b) const {
+    if (!changed_ || (*changed_)[a] || (*changed_)[b]) return nullptr;
+    const auto found = outcomes_.find({move, a, b});
+    return found == outcomes_.end() ? nullptr : &found->second;
+  }
+
+ private:
+  const std::vector<char>* changed_ = nullptr;
+  std::map<std::tuple<std::size_t, int, int>, Outcome> outcomes_;
+};
 
 /// The pairs to look at in a move: all in the first, those that move against each other in later ones.
 std::vector<Task> tasks_of(const std::vector<Solid>& solids, const Character& character, const Embedding& embedding, const Move& move,
@@ -168,8 +191,8 @@ std::vector<Task> tasks_of(const std::vector<Solid>& solids, const Character& ch
   return tasks;
 }
 
-Certificate certify_here(const Parts& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
-                         const std::vector<Eigen::VectorXd>& angles, const CertificateOptions& options, const Progress& progress) {
+Certificate certify_here(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
+                         const std::vector<Eigen::VectorXd>& angles, const CertificateOptions& options, const Known& known, const Progress& progress) {
   const std::vector<Solid> solids = solids_of(parts);
   Certificate certificate;
   const std::size_t moves = std::max<std::size_t>(1, path.moves.size());
@@ -179,13 +202,15 @@ Certificate certify_here(const Parts& parts, const Character& character, const E
     const std::vector<Task> tasks = tasks_of(solids, character, embedding, move, angles[m], m == 0);
     std::vector<Outcome> outcomes(tasks.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks.size(), 1), [&](const auto& range) {
-      for (std::size_t n = range.begin(); n != range.end(); ++n) outcomes[n] = prove(tasks[n], m, options);
+      for (std::size_t n = range.begin(); n != range.end(); ++n) {
+        const Outcome* before = known.of(m, tasks[n].a->bone, tasks[n].b->bone);
+        outcomes[n] = before ? *before : prove(tasks[n], m, options);
+      }
     });
-    for (std::size_t n = 0; n < tasks.size(); ++n) {
-      for (const auto& row : outcomes[n].rows)
-        certificate.intervals.push_back({m, tasks[n].a->bone, tasks[n].b->bone, row.t0, row.t1, row.bound});
-      if (outcomes[n].open) certificate.open.push_back(*outcomes[n].open);
-      certificate.steps += outcomes[n].steps;
+    for (const Outcome& outcome : outcomes) {
+      certificate.intervals.insert(certificate.intervals.end(), outcome.rows.begin(), outcome.rows.end());
+      certificate.open.insert(certificate.open.end(), outcome.open.begin(), outcome.open.end());
+      certificate.steps += outcome.steps;
     }
   }
   certificate.holds = certificate.open.empty();
@@ -198,10 +223,8 @@ Certificate certify_here(const Parts& parts, const Character& character, const E
   return certificate;
 }
 
-}  // namespace
-
-Certificate certify(const Parts& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
-                    const CertificateOptions& options, const Progress& progress) {
+Certificate certify_checked(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
+                            const CertificateOptions& options, const Known& known, const Progress& progress) {
   check_options(options);
   demand(embedding.pose.angles.size() == character.angle_count && embedding.pose.angles.allFinite() &&
              embedding.morphology.size() == Eigen::Index(character.bones.size()) && embedding.morphology.allFinite(),
@@ -210,8 +233,21 @@ Certificate certify(const Parts& parts, const Character& character, const Embedd
   const std::vector<Eigen::VectorXd> angles = angles_along(path, embedding);
   tbb::task_arena arena(options.threads > 0 ? options.threads : int(tbb::task_arena::automatic));
   Certificate certificate;
-  arena.execute([&] { certificate = certify_here(parts, character, embedding, path, angles, options, progress); });
+  arena.execute([&] { certificate = certify_here(parts, character, embedding, path, angles, options, known, progress); });
   return certificate;
+}
+
+}  // namespace
+
+Certificate certify(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
+                    const CertificateOptions& options, const Progress& progress) {
+  return certify_checked(parts, character, embedding, path, options, {}, progress);
+}
+
+Certificate certify_again(const Certificate& before, const std::vector<char>& changed, const std::vector<Part>& parts, const Character& character,
+                          const Embedding& embedding, const FoldPath& path, const CertificateOptions& options, const Progress& progress) {
+  demand(changed.size() == character.bones.size(), "there must be a flag for each bone that says whether its part was changed");
+  return certify_checked(parts, character, embedding, path, options, Known(before, changed), progress);
 }
 
 }  // namespace transformables

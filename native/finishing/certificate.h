@@ -5,13 +5,14 @@
 // (Schwarzer, Saha and Latombe 2005, refined by direction: sliding along a gap costs nothing to first order).
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "character/character.h"
 #include "common/progress.h"
 #include "embedding/embedding.h"
-#include "finishing/finishing.h"
+#include "finishing/part.h"
 #include "folding/folding.h"
 
 namespace transformables {
@@ -32,7 +33,7 @@ struct CertifiedInterval {
   double bound = 0;            ///< target units, positive
 };
 
-/// A place for which there is no proof.
+/// A place for which there is no proof. A pair that touches in several places of a move has several.
 struct Uncertified {
   enum class Reason { kTouching, kInside, kUnresolved };
   std::size_t move = 0;
@@ -40,6 +41,7 @@ struct Uncertified {
   double fraction = 0;         ///< of the move
   double distance = 0;         ///< of the parts there, at most, target units
   Reason reason = Reason::kTouching;
+  Eigen::Vector3d on_a = Eigen::Vector3d::Zero(), on_b = Eigen::Vector3d::Zero();  ///< kTouching: where, each in its bone's frame
 };
 
 struct Certificate {
@@ -52,10 +54,16 @@ struct Certificate {
 
 /// Proves as much as can be proved. Every pair of parts has its intervals in move 0 (a path without moves is taken as one that
 /// stands still); in a later move those pairs that move against each other in it: the others stand as they stood before.
-/// @param parts  finish()'s, or any closed meshes in bone frames
+/// @param parts  finish()'s, or any closed meshes in bone frames, one a bone at most
 /// @throws InvalidInput when the parts, the embedding or the path do not fit the character, or an option is out of range
 /// @throws Cancelled
-Certificate certify(const Parts& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
+Certificate certify(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
                     const CertificateOptions& options, const Progress& progress);
+
+/// The same again after some parts were changed: what was found out about pairs of which neither was is taken over.
+/// @param before   made for the same character, embedding, path and options
+/// @param changed  a flag for each bone of the character
+Certificate certify_again(const Certificate& before, const std::vector<char>& changed, const std::vector<Part>& parts, const Character& character,
+                          const Embedding& embedding, const FoldPath& path, const CertificateOptions& options, const Progress& progress);
 
 }  // namespace transformables

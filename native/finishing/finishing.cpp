@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "finishing/carve.h"
+#include "finishing/certificate.h"
 #include "finishing/outer_surface.h"
 #include "finishing/part_field.h"
 #include "finishing/topology.h"
@@ -18,6 +19,11 @@ namespace {
 using namespace finishing;
 
 constexpr int kRounds = 3;             ///< carving passes at most; each starts from exact distances again
+constexpr int kProofs = 10;            ///< tries to prove the motion, pairs that fail being set further apart after each
+constexpr int kExactProofs = 7;        ///< of them, those after which parts that still fail may keep the target's own triangles
+constexpr double kMore = 0.1;          ///< steps by which parts that touch are set further apart, for each try
+constexpr double kProvable = 1e-4;     ///< target units: a proof never asks for less of a gap to look at than this
+constexpr double kTouching = 0.02;     ///< of that, the least gap that is not a touch
 constexpr double kWorthTelling = 5e-4; ///< share of the target's volume from which on a loss is reported
 
 void demand(bool holds, const char* what) {
@@ -31,6 +37,7 @@ void check_options(const FinishingOptions& o) {
          "The wall of a shell must be positive and at most half of the target's longest side.");
   demand(o.refinement >= 1 && o.refinement <= 8, "The refinement must lie between 1 and 8.");
   demand(std::isfinite(o.largest_step_rad) && o.largest_step_rad > 0, "The largest step between configurations must be positive.");
+  demand(o.least_share >= 0 && o.least_share <= 0.7, "The share of the clearance to be proved must lie between 0 and 0.7.");
   demand(o.threads >= 0, "The number of threads must not be negative; 0 means all cores.");
 }
 
@@ -69,7 +76,8 @@ std::string percent(double share) {
 }
 
 /// Fills each part's hollows. A part that sits in one could never come out: it is given up, and its room filled.
-void fill_hollows(std::vector<PartField>& parts, const Character& character, std::vector<std::string>& warnings) {
+/// @param changed  flags of the parts that were changed are set
+void fill_hollows(std::vector<PartField>& parts, const Character& character, std::vector<char>& changed, std::vector<std::string>& warnings) {
   for (PartField& part : parts) {
     const std::vector<char> flags = hollows(part.psi);
     if (flags.empty()) continue;
@@ -85,11 +93,13 @@ void fill_hollows(std::vector<PartField>& parts, const Character& character, std
       if (enclosed == 0 || enclosed < all) continue;
       std::fill(other.psi.values.begin(), other.psi.values.end(), float(other.shape().step));
       other.distance = redistanced(other.psi);
+      changed[std::size_t(other.bone)] = 1;
       warnings.push_back("The part of bone '" + character.bones[other.bone].name + "' was enclosed by that of '" +
                          character.bones[part.bone].name + "' and has been joined to it.");
     }
     fill(part.psi, flags);
     part.distance = redistanced(part.psi);
+    changed[std::size_t(part.bone)] = 1;
   }
 }
 
@@ -111,29 +121,122 @@ Progress stage(const Progress& progress, double from, double to) {
   }};
 }
 
-void carve_all(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, const Progress& progress,
-               std::vector<std::string>& warnings) {
-  const Character& character = scene.character;
-  for (PartField& part : parts) dropped[part.bone] += keep_core_piece(part.psi, part.core);
-  redistance(parts);
-  for (int round = 0; round < kRounds; ++round) {
-    const bool changed = carve(scene, parts, dropped, round > 0, stage(progress, 0.1 + 0.2 * round, 0.3 + 0.2 * round));
-    fill_hollows(parts, character, warnings);
-    if (!changed) break;
-    redistance(parts);
+/// A design being finished: fields that are carved, and meshes that are proved.
+class Finisher {
+ public:
+  Finisher(const Scene& scene, const Target& target, std::vector<PartField> fields, const Progress& progress)
+      : scene_(scene), fields_(std::move(fields)), dropped_(fields_.size(), 0), mesher_(scene, target), progress_(progress) {}
+
+  void carve_all();
+  void mesh_and_prove();
+  Parts result(double before, double target_volume) &&;
+
+ private:
+  void prove(double from, double to);
+  bool set_apart(int round);
+  std::vector<std::string> losses(double share_of_sample) const;
+
+  const Scene& scene_;
+  std::vector<PartField> fields_;
+  std::vector<std::size_t> dropped_;
+  Mesher mesher_;
+  std::vector<Part> parts_;
+  std::vector<char> changed_;   // since the last proof; empty before the first
+  Certificate certificate_;
+  std::vector<std::string> warnings_;
+  const Progress& progress_;
+};
+
+void Finisher::carve_all() {
+  for (PartField& field : fields_) dropped_[field.bone] += keep_core_piece(field.psi, field.core);
+  redistance(fields_);
+    for (int round = 0; round < kRounds; ++round) {
+    auto changed = carve(scene_, fields_, dropped_, round > 0, stage(progress_, 0.1 + 0.15 * round, 0.25 + 0.15 * round));
+    fill_hollows(fields_, scene_.character, changed, warnings_);
+    if (std::count(changed.begin(), changed.end(), char(1)) == 0) break;
+    redistance(fields_);
   }
 }
 
-void warn_of_losses(const std::vector<PartField>& fields, const Segmentation& segmentation, const Character& character,
-                    const std::vector<std::size_t>& dropped, double share_of_sample, std::vector<std::string>& warnings) {
-  for (const PartField& field : fields) {
-    const std::string& name = character.bones[field.bone].name;
-    const double share = double(dropped[field.bone]) * share_of_sample;
-    if (share > kWorthTelling)
-      warnings.push_back("Pieces of bone '" + name + "' that carving cut off were dropped: " + percent(share) + " of the target's volume.");
-    const bool had_part = !segmentation.phi[field.bone].values.empty();
-    if (inside_count(field.psi) == 0 && had_part) warnings.push_back("Nothing is left of the part of bone '" + name + "'.");
+void Finisher::prove(double from, double to) {
+  const double enough = std::max(scene_.options.clearance, kProvable);
+  CertificateOptions options;
+  options.enough = enough;
+  // What is proved falls short of the true gap by the proof's tolerance.
+  options.least = std::max(kTouching, scene_.options.least_share / (1 - options.tolerance)) * enough * 0.999;
+  options.threads = scene_.options.threads;
+  const Progress part = stage(progress_, from, to);
+  certificate_ = changed_.empty() ? certify(parts_, scene_.character, scene_.embedding, scene_.path, options, part)
+                                  : certify_again(certificate_, changed_, parts_, scene_.character, scene_.embedding, scene_.path, options, part);
+}
+
+/// Sets the pairs that are not proved further apart; false when there is nothing left to try.
+bool Finisher::set_apart(int round) {
+  std::vector<char>& changed = changed_;
+  changed.assign(fields_.size(), 0);
+  if (round >= kExactProofs)
+    for (const Uncertified& place : certificate_.open)
+      for (const int bone : {place.bone_a, place.bone_b}) changed[bone] |= char(mesher_.give_up_exact(bone));
+  Demands demands;
+  for (const Uncertified& place : certificate_.open) {
+    Demand& demand = demands[{place.bone_a, place.bone_b}];
+    const double missing = std::max(0.0, scene_.options.clearance - place.distance);
+    demand.extra = std::max(demand.extra, missing + kMore * (round + 1) * scene_.lattice.step());
+    if (place.reason != Uncertified::Reason::kTouching) continue;
+    demand.on_a.push_back(scene_.segmentation.frames[place.bone_a] * place.on_a);
+    demand.on_b.push_back(scene_.segmentation.frames[place.bone_b] * place.on_b);
   }
+  std::vector<char> carved = carve_again(scene_, demands, fields_, dropped_, stage(progress_, 0.72 + 0.02 * round, 0.72 + 0.02 * round));
+  fill_hollows(fields_, scene_.character, carved, warnings_);
+  bool any = false;
+  for (std::size_t n = 0; n < fields_.size(); ++n) {
+    changed[n] |= carved[n];
+    any = any || changed[n];
+    if (carved[n]) fields_[n].distance = redistanced(fields_[n].psi);
+  }
+  if (any) parts_ = mesher_.mesh(fields_, changed);
+  return any;
+}
+
+void Finisher::mesh_and_prove() {
+  progress_(0.6, "extracting surfaces");
+  parts_ = mesher_.mesh(fields_, std::vector<char>(fields_.size(), 1));
+  if (scene_.path.moves.empty()) return;
+  for (int round = 0;; ++round) {
+    prove(0.7 + 0.02 * round, 0.72 + 0.02 * round);
+    if (certificate_.holds || round + 1 == kProofs || !set_apart(round)) return;
+  }
+}
+
+std::vector<std::string> Finisher::losses(double share_of_sample) const {
+  std::vector<std::string> told;
+  for (const PartField& field : fields_) {
+    const std::string& name = scene_.character.bones[field.bone].name;
+    const double share = double(dropped_[field.bone]) * share_of_sample;
+    if (share > kWorthTelling)
+      told.push_back("Pieces of bone '" + name + "' that carving cut off were dropped: " + percent(share) + " of the target's volume.");
+    const bool had_part = !scene_.segmentation.phi[field.bone].values.empty();
+    if (inside_count(field.psi) == 0 && had_part) told.push_back("Nothing is left of the part of bone '" + name + "'.");
+  }
+  return told;
+}
+
+Parts Finisher::result(double before, double target_volume) && {
+  Parts parts;
+  const double share = scene_.lattice.sample_volume() / target_volume;
+  parts.carved_volume_pct = 100 * share * std::max(0.0, before - double(total_inside(fields_)));
+  parts.minimum_clearance = certificate_.holds ? certificate_.gap : scene_.options.clearance;
+  if (!certificate_.holds && !scene_.path.moves.empty()) {
+    Measured measured = measure(scene_, fields_, stage(progress_, 0.93, 1));
+    parts.collisions = std::move(measured.collisions);
+    parts.minimum_clearance = measured.least_gap;
+  }
+  for (const Part& part : parts_) parts.filled_volume_pct += 100 * part.volume / target_volume;
+  parts.parts = std::move(parts_);
+  parts.certificate = std::move(certificate_);
+  parts.warnings = std::move(warnings_);
+  for (const auto& more : {mesher_.warnings(), losses(share)}) parts.warnings.insert(parts.warnings.end(), more.begin(), more.end());
+  return parts;
 }
 
 Parts finish_here(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
@@ -141,20 +244,12 @@ Parts finish_here(const Segmentation& segmentation, const Character& character, 
   progress(0, "sampling parts");
   const Lattice lattice = make_lattice(target, options);
   std::vector<PartField> fields = make_part_fields(segmentation, character, embedding, options, lattice);
+  const double before = double(total_inside(fields));
   const Scene scene{character, embedding, segmentation, path, options, lattice};
-  const std::size_t before = total_inside(fields);
-  Parts result;
-  std::vector<std::size_t> dropped(fields.size(), 0);
-  carve_all(scene, fields, dropped, progress, result.warnings);
-  const double share = lattice.sample_volume() / target.volume;
-  result.carved_volume_pct = 100 * share * std::max(0.0, double(before) - double(total_inside(fields)));
-  Measured measured = measure(scene, fields, stage(progress, 0.7, 0.9));
-  result.collisions = std::move(measured.collisions);
-  result.minimum_clearance = measured.least_gap;
-  progress(0.9, "extracting surfaces");
-  result.parts = mesh_parts(fields, scene, target, result.warnings);
-  for (const Part& part : result.parts) result.filled_volume_pct += 100 * part.volume / target.volume;
-  warn_of_losses(fields, segmentation, character, dropped, share, result.warnings);
+  Finisher finisher(scene, target, std::move(fields), progress);
+  finisher.carve_all();
+  finisher.mesh_and_prove();
+  Parts result = std::move(finisher).result(before, target.volume);
   progress(1, "parts are finished");
   return result;
 }

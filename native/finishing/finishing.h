@@ -9,6 +9,8 @@
 #include "common/mesh.h"
 #include "common/progress.h"
 #include "embedding/embedding.h"
+#include "finishing/certificate.h"
+#include "finishing/part.h"
 #include "folding/folding.h"
 #include "segmentation/segmentation.h"
 #include "target/target.h"
@@ -23,30 +25,24 @@ struct FinishingOptions {
   double wall = 0.004;          ///< of shells, target units
   int refinement = 2;           ///< finer grid for the surfaces: samples a voxel edge
   double largest_step_rad = 0.05;
-  /// The target's own triangles outside, cut exactly; false: all surfaces from level sets. Off: collisions and clearance are measured
-  /// on the fields, which round the target's sharp edges off; its own edges may come nearer to each other in motion.
-  bool exact_surface = false;
+  bool exact_surface = true;    ///< the target's own triangles outside, cut exactly; false: all surfaces from level sets
+  double least_share = 0.35;    ///< of the clearance, that the proof of the motion asks for; 0: only that nothing touches
   int threads = 0;
-};
-
-/// A printable part, one rigid piece.
-struct Part {
-  int bone = 0;
-  TriangleMesh mesh;            ///< bone frame, target units: closed, manifold, free of self-intersections, one piece, outward
-  std::vector<std::int32_t> source;  ///< for each triangle the triangle of target.mesh that it is (a piece of); -1: an interface, or re-meshed
-  double volume = 0;            ///< cubic target units
 };
 
 struct Parts {
   std::vector<Part> parts;                 ///< only bones that have one, by bone
-  std::vector<Collision> collisions;       ///< of the finished parts, re-measured along the path; empty when all is well
-  double minimum_clearance = 0;            ///< over the sampled motion, target units
+  Certificate certificate;                 ///< of the path, on the parts' own triangles; empty for a path without moves
+  std::vector<Collision> collisions;       ///< what is left where there is no proof, measured on samples; empty when it holds
+  double minimum_clearance = 0;            ///< over the motion, target units: what is proved, or where there is no proof, what samples show
   double carved_volume_pct = 0;            ///< of the target's volume
   double filled_volume_pct = 0;            ///< of the target's volume, by the parts' meshes
   std::vector<std::string> warnings;       ///< crumbs dropped, thin places; one sentence each
 };
 
-/// Clearance, carving along the path, one connected piece a bone, union with the skeletal mesh, surface extraction, checks.
+/// Clearance, carving along the path, one connected piece a bone, union with the skeletal mesh, surface extraction, checks, and the
+/// proof that the parts stay apart. Carving works on sampled fields, the proof on the meshes: pairs for which it fails are set further
+/// apart, a little more each time, and carved again.
 /// @throws InvalidInput, Cancelled
 Parts finish(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
              const FoldPath& path, const FinishingOptions& options, const Progress& progress);

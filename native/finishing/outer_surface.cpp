@@ -7,8 +7,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "finishing/exact_cut.h"
-
 namespace transformables::finishing {
 namespace {
 
@@ -159,39 +157,57 @@ Grid<float> cutter_field(const PartField& unbounded, const PartField& part, cons
   return Continuation(unbounded, part, lattice).field();
 }
 
-std::vector<Part> mesh_parts(const std::vector<PartField>& fields, const Scene& scene, const Target& target,
-                             std::vector<std::string>& warnings) {
-  std::vector<PartField> unbounded;
-  std::optional<CuttableTarget> cuttable;
+Mesher::Mesher(const Scene& scene, const Target& target)
+    : scene_(scene), surface_(scene.character.bones.size(), Surface::kExact), all_(scene.character.bones.size()) {
   // A shell's inner wall is measured from the outer surface, which an unbounded part does not have.
-  if (scene.options.exact_surface && scene.options.style == Style::kSolid) {
-    cuttable.emplace(target.mesh.triangles.size() > kMostTriangles ? TriangleMesh{} : target.mesh);
-    if (const std::string why = obstacle(scene, target, *cuttable); !why.empty()) {
-      warnings.push_back("The parts' outer surfaces are re-meshed, not the target's own triangles: " + why + ".");
-      cuttable.reset();
-    } else {
-      Lattice open = scene.lattice;
-      std::fill(open.outer.values.begin(), open.outer.values.end(), -kEverywhere);
-      unbounded = make_part_fields(scene.segmentation, scene.character, scene.embedding, scene.options, open);
-    }
+  if (!scene.options.exact_surface || scene.options.style != Style::kSolid) return;
+  cuttable_.emplace(target.mesh.triangles.size() > kMostTriangles ? TriangleMesh{} : target.mesh);
+  obstacle_ = obstacle(scene, target, *cuttable_);
+  if (!obstacle_.empty()) {
+    cuttable_.reset();
+    return;
   }
-  std::vector<Part> all(fields.size()), kept;
-  std::vector<char> fell_back(fields.size(), 0);
+  Lattice open = scene.lattice;
+  std::fill(open.outer.values.begin(), open.outer.values.end(), -kEverywhere);
+  unbounded_ = make_part_fields(scene.segmentation, scene.character, scene.embedding, scene.options, open);
+}
+
+Part Mesher::part_of(const PartField& field, std::size_t n) {
+  if (inside_count(field.psi) == 0) return {};
+  const Eigen::Isometry3d& frame = scene_.segmentation.frames[field.bone];
+  if (cuttable_ && surface_[n] == Surface::kExact) {
+    if (auto exact = exact_part(field, cutter_field(unbounded_[n], field, scene_.lattice), *cuttable_, frame)) return std::move(*exact);
+    surface_[n] = Surface::kCutFailed;
+  }
+  return level_set_part(field, frame);
+}
+
+const std::vector<Part>& Mesher::mesh(const std::vector<PartField>& fields, const std::vector<char>& wanted) {
   tbb::parallel_for(std::size_t(0), fields.size(), [&](std::size_t n) {
-    if (inside_count(fields[n].psi) == 0) return;
-    const Eigen::Isometry3d& frame = scene.segmentation.frames[fields[n].bone];
-    std::optional<Part> exact;
-    if (cuttable) exact = exact_part(fields[n], cutter_field(unbounded[n], fields[n], scene.lattice), *cuttable, frame);
-    fell_back[n] = cuttable && !exact;
-    all[n] = exact ? std::move(*exact) : level_set_part(fields[n], frame);
+    if (wanted[n]) all_[n] = part_of(fields[n], n);
   });
-  for (std::size_t n = 0; n < all.size(); ++n) {
-    if (fell_back[n])
-      warnings.push_back("The outer surface of bone '" + scene.character.bones[fields[n].bone].name +
-                         "' is re-meshed: cutting the target's own triangles gave no simple solid there.");
-    if (!all[n].mesh.empty()) kept.push_back(std::move(all[n]));
+  kept_.clear();
+  for (const Part& part : all_)
+    if (!part.mesh.empty()) kept_.push_back(part);
+  return kept_;
+}
+
+bool Mesher::give_up_exact(int bone) {
+  if (!cuttable_ || surface_[std::size_t(bone)] != Surface::kExact) return false;
+  surface_[std::size_t(bone)] = Surface::kGivenUp;
+  return true;
+}
+
+std::vector<std::string> Mesher::warnings() const {
+  std::vector<std::string> result;
+  if (!obstacle_.empty())
+    result.push_back("The parts' outer surfaces are re-meshed, not the target's own triangles: " + obstacle_ + ".");
+  for (std::size_t bone = 0; bone < surface_.size(); ++bone) {
+    const std::string whose = "The outer surface of bone '" + scene_.character.bones[bone].name + "' is re-meshed: ";
+    if (surface_[bone] == Surface::kCutFailed) result.push_back(whose + "cutting the target's own triangles gave no simple solid there.");
+    if (surface_[bone] == Surface::kGivenUp) result.push_back(whose + "with the target's own sharp edges it would come too near to another part.");
   }
-  return kept;
+  return result;
 }
 
 }  // namespace transformables::finishing

@@ -13,6 +13,8 @@ using Eigen::Vector3d;
 constexpr double kRounding = 1e-10;   ///< taken off every bound: far more than double precision loses on lengths below 10
 constexpr double kRowTravel = 0.04;   ///< a row of the certificate is a time in which no point travels further
 constexpr double kShortest = 1e-9;     ///< half a span that is not halved again: nothing is proved by it that rounding does not spoil
+constexpr double kOnePlace = 0.015;    ///< touches nearer to one another than this, on A, are told as one
+constexpr std::size_t kMostTouches = 64;
 constexpr double kBalance = 1.0;      ///< a time is halved while points travel further than this many radii of the boxes
 
 /// The motion of points of one part, as seen from the other, but written in B's frame at the middle of a span.
@@ -76,7 +78,18 @@ bool PairProof::count_step(int span) {
 }
 
 bool PairProof::run() {
-  return go_through(add_span(0, 1));
+  return go_through(add_span(0, 1)) && touches_.empty();
+}
+
+void PairProof::add_touch(int span, double distance, const Vector3d& on_a, const Vector3d& on_b) {
+  const Instant& now = spans_[span].now;
+  const Touch touch{spans_[span].middle(), distance, now.turn.transpose() * (on_a - now.shift), on_b};
+  for (Touch& known : touches_)
+    if ((known.on_a - touch.on_a).norm() < kOnePlace) {
+      if (distance < known.distance) known = touch;
+      return;
+    }
+  touches_.push_back(touch);
 }
 
 bool PairProof::go_through(int span) {
@@ -182,9 +195,9 @@ bool PairProof::triangles(const Triangle& moved, const Triangle& a, const Triang
     nearest_ = found.distance;
     nearest_time_ = spans_[span].middle();
   }
-  if (nearest_ < options_.least) {
-    failed_at_contact_ = true;
-    return false;
+  if (found.distance < options_.least) {
+    add_touch(span, found.distance, found.on_a, found.on_b);
+    return touches_.size() < kMostTouches;  // what is beyond it may still be proved, or touch, too
   }
   if (settle(triangle_gap((found.on_a - found.on_b) / found.distance, moved, b, of_a, of_b, h))) return true;
   if (!motion_.moves() || h < kShortest) {

@@ -16,14 +16,19 @@ class PairProof {
   struct Row {
     double t0, t1, bound;
   };
-  /// Goes through the whole move. @return whether all of it is proved.
+  /// Goes through the whole move, past places where the parts touch. @return whether all of it is proved.
   bool run();
   const std::vector<Row>& rows() const { return rows_; }
 
-  /// Where the parts were found nearest (`unresolved`: where the steps ran out).
+  /// A place where the parts touch.
+  struct Touch {
+    double time, distance;
+    Eigen::Vector3d on_a, on_b;   ///< each in its own part's frame
+  };
+  const std::vector<Touch>& touches() const { return touches_; }
+  /// Where the parts were found nearest, or where the steps ran out.
   double nearest_distance() const { return nearest_; }
   double nearest_time() const { return nearest_time_; }
-  bool unresolved() const { return !failed_at_contact_; }
   long steps() const { return steps_; }
 
  private:
@@ -38,9 +43,10 @@ class PairProof {
   int add_span(double t0, double t1);
   int halves_of(int span);
   /// What must be proved for a pair of boxes or triangles.
-  double wanted() const { return std::min(options_.enough, (1 - options_.tolerance) * nearest_); }
+  double wanted() const { return std::min(options_.enough, (1 - options_.tolerance) * std::max(nearest_, options_.least)); }
   bool settle(double bound);
   bool count_step(int span);
+  void add_touch(int span, double distance, const Eigen::Vector3d& on_a, const Eigen::Vector3d& on_b);
 
   bool go_through(int span);
   bool boxes(int a, int b, int span);
@@ -56,7 +62,7 @@ class PairProof {
   double lowest_ = 0;   // bound of the row at work
   double nearest_;      // of all places looked at: an upper bound of the least distance
   double nearest_time_ = 0;
-  bool failed_at_contact_ = false;
+  std::vector<Touch> touches_;
   long steps_ = 0;
 };
 

@@ -10,7 +10,7 @@ from jobs import STAND_IN, two_bones
 from transformables.core import pipeline
 from transformables.core.options import UserError
 
-ALL = ["make_character", "make_target", "fitted", "embed", "grow", "transfer", "fold", "finish", "certify"]
+ALL = ["make_character", "make_target", "fitted", "embed", "grow", "transfer", "fold", "finish"]
 
 
 class Ears:
@@ -116,23 +116,3 @@ def test_a_design_of_one_part_is_no_design(native, monkeypatch, left):
     monkeypatch.setattr(native, "finish", nearly_nothing)
     with pytest.raises(UserError, match=f"of 2 parts only {left} would be left"):
         pipeline.run(*two_bones(), Ears())
-
-
-@pytest.mark.parametrize("proved, volumes", [(True, []), (False, [1e-6, 0.0])])
-def test_a_sampled_collision_does_not_count_against_a_proof(native, monkeypatch, proved, volumes):
-    finish, certify = native.finish, native.certify
-
-    def touching(*words, **options):
-        finished = finish(*words, **options)
-        finished.collisions += [{"bone_a": 0, "bone_b": 1, "move": 0, "fraction": 0.5, "volume": v} for v in (1e-6, 0.0)]
-        return finished
-
-    def judged(*words, **options):
-        certificate = certify(*words, **options)
-        certificate.holds = proved
-        return certificate
-
-    monkeypatch.setattr(native, "finish", touching)
-    monkeypatch.setattr(native, "certify", judged)
-    result, _ = pipeline.run(*two_bones(), Ears())
-    assert [c["volume"] for c in result["finishing"]["collisions"]] == volumes

@@ -264,7 +264,7 @@ TEST(Finish, WhatAHingeSweepsThroughItsNeighbourIsCarvedAndNoMore) {
   d.turn(0, std::numbers::pi / 2);
   const Parts parts = d.finished();
   EXPECT_TRUE(parts.collisions.empty());
-  EXPECT_GE(parts.minimum_clearance, 0.5 * d.options.clearance);
+  EXPECT_GE(parts.minimum_clearance, 0.99 * d.options.least_share * d.options.clearance);
   ASSERT_EQ(parts.parts.size(), 2u);
   for (const Part& part : parts.parts) expect_good(part.mesh);
   // The child's upper edge passes over a square of the root's section beside the hinge, all along X.
@@ -409,9 +409,35 @@ TEST(Finish, MirroredHingesThatTurnAtOnceAreKeptApart) {
   const Parts parts = d.finished();
   ASSERT_EQ(parts.parts.size(), 3u);
   EXPECT_TRUE(parts.collisions.empty());
-  // Distances are of first order, and the demanded gap is an eighth of the fine step here.
-  EXPECT_GE(parts.minimum_clearance, 0.25 * d.options.clearance);
+  EXPECT_GE(parts.minimum_clearance, 0.99 * d.options.least_share * d.options.clearance);
   for (const Part& part : parts.parts) expect_good(part.mesh);
+}
+
+TEST(Finish, SharpEdgesOfTheTargetThatPassEachOtherAreProvedApart) {
+  // The child's lower edge is the target's own, and sharp: it sweeps past the root's side at the clearance.
+  Design d = halves(0.004);
+  d.turn(0, std::numbers::pi / 2);
+  const Parts parts = d.finished();
+  EXPECT_TRUE(parts.certificate.holds);
+  EXPECT_TRUE(parts.collisions.empty());
+  EXPECT_GE(parts.certificate.gap, 0.99 * d.options.least_share * d.options.clearance);
+  EXPECT_EQ(parts.certificate.gap, parts.minimum_clearance);
+  const Certificate again = certify(parts.parts, d.character, d.embedding, d.path, {.enough = d.options.clearance, .least = 1e-5}, {});
+  EXPECT_TRUE(again.holds);
+}
+
+TEST(Finish, AClearanceOfZeroStillMovesFreely) {
+  Design d = halves(0);
+  d.turn(0, 1);
+  const Parts parts = d.finished();
+  EXPECT_TRUE(parts.certificate.holds);
+  EXPECT_GT(parts.minimum_clearance, 0);
+}
+
+TEST(Finish, PartsThatNeverMoveAreNotProved) {
+  const Parts parts = halves().finished();
+  EXPECT_TRUE(parts.certificate.intervals.empty());
+  EXPECT_TRUE(parts.collisions.empty());
 }
 
 TEST(Finish, ShellsAreLighterAndAsGood) {
@@ -473,6 +499,7 @@ TEST(Finish, RefusesOptionsOutOfRange) {
   refused([](FinishingOptions& o) { o.refinement = 0; });
   refused([](FinishingOptions& o) { o.refinement = 9; });
   refused([](FinishingOptions& o) { o.largest_step_rad = 0; });
+  refused([](FinishingOptions& o) { o.least_share = 2; });
   refused([](FinishingOptions& o) { o.threads = -1; });
   refused([](FinishingOptions& o) { o.style = Style::kShell, o.wall = 0; });
 }

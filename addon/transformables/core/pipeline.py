@@ -17,9 +17,6 @@ UNTIL = ("embedding", "segmentation", "folding", "finishing")
 STAGES = ("character", "target", *UNTIL)
 PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: printing)
 PREVIEW_CLEARANCE_MM = 0.05
-WIDER = (1, 1.5, 2, 3)    # clearances tried, of the one asked for, until the motion is proved free of contact
-LEAST_CLEARANCE = 1e-4     # target units: parts made without a gap have no proof, but are looked at
-TOUCHING = 0.02            # parts nearer than this share of the clearance count as touching
 ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
 EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "symmetric", "deepest_protrusion", "deepest_collision")
 
@@ -152,45 +149,26 @@ class _Run:
                             "run the folding stage again") from None
 
     def _finishing(self):
-        """Finishes with the clearance asked for and, while the motion can't be proved free of contact, with a wider one: carving
-        works on sampled fields, the proof on the meshes themselves."""
-        for tries, factor in enumerate(WIDER):
-            start, end = tries / len(WIDER), (tries + 1) / len(WIDER)
-            self._finish(self.path, factor * self.options.clearance_mm, self.options.style, "finishing", start, end - 0.03)
-            self._certify(end - 0.03)
-            if self.certificate.holds:
-                break
+        self._finish(self.path, self.options.clearance_mm, self.options.style, "finishing")
         if len(self.parts.parts) < 2:
             raise UserError(f"of {len(self.character.members)} parts only {len(self.parts.parts)} would be left, and one part can't fold: "
                             "the other bones are very short or have no room. Make the bones' lengths more alike, or try another seed")
         self._warn(self.parts.warnings)
-        if factor > 1 and self.certificate.holds:
-            self._warn([f"Parts stand {factor * self.options.clearance_mm:.2g} mm apart, not {self.options.clearance_mm:.2g}: "
-                        "with less, the motion could not be proved free of contact."])
-
-    def _certify(self, start):
-        """The proof that the finished parts stay apart; its intervals travel as an array."""
-        began = time.perf_counter()
-        clearance = self.options.target_units(self.options.clearance_mm)
-        enough = max(clearance, LEAST_CLEARANCE)
-        self.certificate = self.tn.certify(self.parts, self.character, self.embedding, self.path, enough=enough,
-                                           least=TOUCHING * enough, threads=self.options.threads,
-                                           progress=self._progress("finishing", start))
+        self.certificate = self.parts.certificate
         flat = array("d", (number for row in self.certificate.intervals for number in row))
         self.part_arrays["certificate_intervals"] = ("d", flat.tobytes())
-        self.seconds["certificate"] = self.seconds.get("certificate", 0.0) + time.perf_counter() - began
 
     def _preview(self):
         """Part meshes of a design that is not finished: nothing is carved."""
         self._finish(self.tn.FoldPath(moves=[]), min(PREVIEW_CLEARANCE_MM, self.options.clearance_mm), "solid", "preview")
         self._warn(self.parts.warnings)
 
-    def _finish(self, path, clearance_mm, style, stage, start=0.0, end=1.0):
+    def _finish(self, path, clearance_mm, style, stage):
         self.parts = self.tn.finish(
             self.segmentation, self.character, self.target, self.embedding, path,
             clearance=self.options.target_units(clearance_mm), style=style,
             wall=self.options.target_units(self.options.wall_mm), threads=self.options.threads,
-            progress=self._progress(stage, start, end))
+            progress=self._progress(stage))
         self.part_arrays = {}
         for index, part in enumerate(self.parts.parts):
             self.part_arrays[f"part_{index}_vertices"] = ("d", part["vertices"])
@@ -241,17 +219,10 @@ class _Run:
         if self.parts is None:
             return None
         return {"parts": [{"bone": part["bone"], "volume": part["volume"]} for part in self.parts.parts],
-                "preview": self.until != "finishing", "collisions": self._collisions(),
+                "preview": self.until != "finishing", "collisions": [dict(c) for c in self.parts.collisions],
                 "minimum_clearance": self.parts.minimum_clearance,
                 "carved_volume_pct": self.parts.carved_volume_pct, "filled_volume_pct": self.parts.filled_volume_pct,
                 "certificate": self._certificate_result()}
-
-    def _collisions(self):
-        """Those that samples show, where the proof does not hold. Samples are of fields as coarse as the grid, the proof is of the
-        meshes themselves: where it holds, a sampled collision is an error of the field."""
-        if self.certificate is not None and self.certificate.holds:
-            return []
-        return [dict(c) for c in self.parts.collisions]
 
     def _certificate_result(self):
         if self.certificate is None:

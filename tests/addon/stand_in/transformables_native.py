@@ -131,17 +131,13 @@ def transfer_along(segmentation, character, target, embedding, path, *, threads=
     return segmentation
 
 
-def certify(parts, character, embedding, path, *, enough, least, threads=0, progress=None):
-    calls.append("certify")
-    _told(progress, 1.0)
-    pairs = [(a, b) for a in range(len(character.names)) for b in range(a)]
-    return SimpleNamespace(holds=True, gap=0.001, open=[], intervals=[(m, b, a, 0.0, 1.0, 0.001) for m in range(len(path.moves)) for a, b in pairs])
-
-
 def finish(segmentation, character, target, embedding, path, *, clearance, style="solid", wall=0.004, threads=0, progress=None):
     calls.append("finish")
     vertices = struct.pack("<12d", *(x for v in TETRAHEDRON for x in v))
     triangles = struct.pack("<12i", *(i for f in FACES for i in f))
     parts = [{"bone": i, "vertices": vertices, "triangles": triangles, "volume": 2e-5} for i in range(len(character.names))]
-    return SimpleNamespace(parts=parts, collisions=[], minimum_clearance=0.001, carved_volume_pct=1.0,
+    _told(progress, 1.0)
+    pairs = [(a, b) for a in range(len(character.names)) for b in range(a)]
+    certificate = SimpleNamespace(holds=True, gap=0.001, open=[], intervals=[(m, b, a, 0.0, 1.0, 0.001) for m in range(len(path.moves)) for a, b in pairs])
+    return SimpleNamespace(parts=parts, certificate=certificate, collisions=[], minimum_clearance=0.001, carved_volume_pct=1.0,
                            filled_volume_pct=98.0, warnings=[])
