@@ -7,12 +7,14 @@ roles that the design's objects carry, so it needs no add-on.
 """
 import argparse
 import colorsys
-import math
 import os
 import sys
 
 import bpy
 from mathutils import Vector
+import numpy as np
+
+MARGIN = 1.08
 
 
 def by_role(role):
@@ -25,37 +27,35 @@ def colour_parts(parts):
         part.color = (*colorsys.hsv_to_rgb(hue, 0.55, 0.9), 1.0)
 
 
-def bounds_over(scene, parts, frames):
-    """Corners of the box around all parts at the given frames."""
-    low, high = Vector((math.inf,) * 3), Vector((-math.inf,) * 3)
+def points_over(scene, parts, frames):
+    """All corners of all parts at the given frames, n x 3."""
+    points = []
     for frame in frames:
         scene.frame_set(frame)
         depsgraph = bpy.context.evaluated_depsgraph_get()
         for part in parts:
-            matrix = part.evaluated_get(depsgraph).matrix_world
-            for corner in part.bound_box:
-                p = matrix @ Vector(corner)
-                low = Vector(map(min, low, p))
-                high = Vector(map(max, high, p))
-    return low, high
+            world = np.array(part.evaluated_get(depsgraph).matrix_world)
+            corners = np.empty(3 * len(part.data.vertices), np.float32)
+            part.data.vertices.foreach_get("co", corners)
+            points.append(corners.reshape(-1, 3) @ world[:3, :3].T + world[:3, 3])
+    return np.concatenate(points)
 
 
-def place_camera(scene, low, high):
+def place_camera(scene, points):
+    """One view for all pictures, as near as lets all points be seen."""
     data = bpy.data.cameras.new("transformables_camera")
     camera = bpy.data.objects.new("transformables_camera", data)
     scene.collection.objects.link(camera)
     data.type = "ORTHO"
-    direction = Vector((1.0, -1.6, 0.9)).normalized()
-    centre, radius = (low + high) / 2, (high - low).length / 2
-    camera.location = centre + direction * radius * 4
-    camera.rotation_euler = (-direction).to_track_quat("-Z", "Y").to_euler()
-    inverse = camera.matrix_basis.inverted()
-    corners = [inverse @ Vector((x, y, z)) for x in (low.x, high.x) for y in (low.y, high.y) for z in (low.z, high.z)]
-    width = 2 * max(abs(c.x) for c in corners)
-    height = 2 * max(abs(c.y) for c in corners)
+    turn = Vector((-1.0, 1.6, -0.9)).to_track_quat("-Z", "Y")
+    seen = points @ np.array(turn.to_matrix())  # right, up and towards the camera
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    width, height, depth = high - low
+    camera.location = turn @ Vector((*(low + high)[:2] / 2, high[2] + 0.1 * depth))
+    camera.rotation_euler = turn.to_euler()
     aspect = scene.render.resolution_x / scene.render.resolution_y
-    data.ortho_scale = 1.08 * max(width, height * aspect)
-    data.clip_end = radius * 10
+    data.ortho_scale = MARGIN * max(width, height * aspect)
+    data.clip_start, data.clip_end = 0.01 * depth, 1.5 * depth
     scene.camera = camera
 
 
@@ -84,7 +84,7 @@ def main():
     scene.world.color = (0.95, 0.95, 0.95)
     first, last = scene.frame_start, scene.frame_end
     frames = [round(first + (last - first) * i / (args.frames - 1)) for i in range(args.frames)]
-    place_camera(scene, *bounds_over(scene, parts, frames))
+    place_camera(scene, points_over(scene, parts, frames))
     for index, frame in enumerate(frames):
         scene.frame_set(frame)
         scene.render.filepath = os.path.join(os.path.abspath(args.out_dir), f"{index:02d}.png")

@@ -73,11 +73,9 @@ def _parser():
 def run(argv):
     """Does what the words say; gives the exit code. Everything it has to say goes to standard error."""
     errors = _import("core.options")
-    try:
-        import numpy  # noqa: F401  (told here in words; the bridge needs it)
-    except ImportError:
-        return _fail(f"Blender runs the Python in {sys.prefix}, which has no NumPy: start Blender with the folder of the system's "
-                     "python3 first on PATH, or install NumPy for that Python", WRONG_INPUT)
+    python = _import("bridge.system_python")
+    if python.numpy_is_missing():
+        return _fail(python.advice(), WRONG_INPUT)
     try:
         arguments = _parser().parse_args(argv)
         return _Design(arguments).run()
@@ -90,6 +88,14 @@ def run(argv):
     except Exception:
         traceback.print_exc()
         return _fail("this is a fault in the add-on; nothing was written", FAULT)
+
+
+def main(argv):
+    """As `run`, for the command itself: without NumPy Blender is first started again, where that helps."""
+    python = _import("bridge.system_python")
+    if python.numpy_is_missing():
+        python.start_again()
+    return run(argv)
 
 
 class _Stopped(Exception):
@@ -306,7 +312,7 @@ def _fail(text, code):
 
 
 if __name__ == "__main__":
-    exit_code = run(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])
+    exit_code = main(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])
     sys.stdout.flush()
     sys.stderr.flush()
     # Blender exits 0 after a script, whatever the script found.

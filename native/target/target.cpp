@@ -57,8 +57,8 @@ void find_inside(Target& target) {
   InsidePiece piece = largest_inside_piece(target.distance);
   const float deepest = *std::min_element(target.distance.values.begin(), target.distance.values.end());
   if (piece.samples.empty() || -deepest < kLeastDepth * target.distance.shape.step)
-    throw InvalidInput("The target mesh has no volume at this resolution: it is thinner than a voxel everywhere. Give it "
-                       "thickness, close its holes, or raise the resolution.");
+    throw InvalidInput("The target mesh has no volume at this resolution: it is thinner than about two voxels everywhere. "
+                       "Give it thickness, close its holes, or raise the resolution.");
   if (piece.share < 1 - kLargestLostShare)
     target.warnings.push_back("The target is in several pieces at this resolution: only the largest, " +
                               std::to_string(int(std::lround(100 * piece.share))) + " % of the volume, is filled.");

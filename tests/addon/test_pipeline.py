@@ -141,3 +141,17 @@ def test_without_a_pose_a_locked_joint_stays_at_rest_and_a_pin_is_refused(native
 def test_steering_that_means_nothing_is_refused(native, steering, words):
     with pytest.raises(UserError, match=words):
         pipeline.run(*two_bones(until="embedding", steering=steering), Ears())
+
+
+@pytest.mark.parametrize("left", [0, 1])
+def test_a_design_of_one_part_is_no_design(native, monkeypatch, left):
+    finish = native.finish
+
+    def nearly_nothing(*words, **options):
+        finished = finish(*words, **options)
+        del finished.parts[left:]
+        return finished
+
+    monkeypatch.setattr(native, "finish", nearly_nothing)
+    with pytest.raises(UserError, match=f"of 2 parts only {left} would be left"):
+        pipeline.run(*two_bones(), Ears())

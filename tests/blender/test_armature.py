@@ -49,6 +49,13 @@ def test_rule_1_does_not_count_muted_or_world_space_constraints(joint):
     assert read(joint) == [(0, -90, 90)]
 
 
+def test_a_limit_rotation_in_another_space_is_told_and_not_read(joint):
+    scenes.limit_rotation(joint, space="POSE", x=(0, 0), y=(0, 0), z=(-30, 30))
+    warnings = []
+    assert len(hinges_of(joint, warnings)[0]) == 1
+    assert len(warnings) == 1 and "Local Space" in warnings[0] and joint.name in warnings[0]
+
+
 def test_rule_1_axes_without_a_limit_are_free_like_those_of_ik(joint):
     scenes.limit_rotation(joint, x=(-20, 20), z=(0, 0))
     assert read(joint) == [(0, -20, 20), (1, -90, 90)]
@@ -123,6 +130,12 @@ def test_of_several_roots_the_character_is_one_tree_and_the_rest_is_told(empty_s
     character = read_character(scenes.armature(rows))
     assert character.names == ["a", "b", "c"]
     assert any("pole" in w for w in character.warnings)
+
+
+def test_bones_that_are_not_joined_are_told_of_where_too_few_are_left(empty_scene):
+    rows = [(name, None, (x, 0, 0), (x, 0, 1), 0, None) for x, name in enumerate("abc")]
+    with pytest.raises(UserError, match="3 bones, but not joined"):
+        read_character(scenes.armature(rows))
 
 
 def test_an_armature_without_bones_or_with_one_is_refused(empty_scene):

@@ -204,3 +204,9 @@ def test_help_exits_0(capsys):
         assert option in words
 
 
+@pytest.mark.parametrize("place, told_of", [((1e5, 0, 0), True), ((1000, 0, 0), False)])
+def test_a_target_that_lies_very_far_out_for_its_size_is_designed_with_a_warning(scene, tmp_path, capfd, place, told_of):
+    scene[1].location = place
+    assert cli.run(["design", *outputs(tmp_path)]) == 0
+    report = json.loads((tmp_path / "out.json").read_text())
+    assert any("very far for its size" in w for w in report["warnings"]) == told_of

@@ -566,6 +566,13 @@ TEST(TargetErrors, a_sheet_has_no_volume) {
   EXPECT_NE(complaint(turned(box(Vector3d::Zero(), Vector3d(1, 1, 0.001)))).find("thinner"), std::string::npos);
 }
 
+TEST(TargetErrors, a_plate_has_to_be_more_than_two_voxels_thick) {
+  const auto plate = [](double voxels) { return box(Vector3d::Zero(), Vector3d(1, 1, voxels / 32)); };
+  EXPECT_NE(complaint(plate(1)).find("two voxels"), std::string::npos);
+  EXPECT_NE(complaint(plate(2)).find("two voxels"), std::string::npos);
+  expect_sound(target_of(plate(3), 32));
+}
+
 TEST(Target, can_be_stopped_at_any_time) {
   const TriangleMesh mesh = ball(Vector3d::Zero(), 1, 8);
   int calls = 0;

@@ -55,7 +55,8 @@ def read_character(obj, limit=None):
     if limit is not None and len(tree) > limit:
         bones = _simplified(tree, limit)
     if len(bones) < 2:
-        raise UserError(f"'{obj.name}' has {len(bones)} bone: a character needs at least two, joined by a hinge")
+        apart = "" if len(obj.data.bones) == 1 else f" ({len(obj.data.bones)} bones, but not joined: give them parents)"
+        raise UserError(f"'{obj.name}' has {len(bones)} bone{apart}: a character needs at least two, joined by a hinge")
     left_out = [b.name for b in tree if b.name not in {kept.name for kept in bones}]
     if left_out:
         warnings.append(f"Simplify keeps {len(bones)} of {len(tree)} bones; left out: {_listed(left_out)}")
@@ -80,7 +81,7 @@ def hinges_of(pose_bone, warnings):
 
     1. Limit Rotation, 2. IK settings, 3. a silent bone: local X, 4. all locked: none.
     """
-    ranges = _limit_rotation_ranges(pose_bone) or _ik_ranges(pose_bone)
+    ranges = _limit_rotation_ranges(pose_bone, warnings) or _ik_ranges(pose_bone)
     explicit = ranges is not None
     if not explicit:
         ranges = [DEFAULT_RANGE, None, None]
@@ -96,12 +97,16 @@ def hinges_of(pose_bone, warnings):
     return hinges, explicit
 
 
-def _limit_rotation_ranges(pose_bone):
+def _limit_rotation_ranges(pose_bone, warnings):
     """A range an axis, from all Limit Rotation constraints in local space together; None when none says anything."""
     ranges = [(-math.inf, math.inf)] * 3
     said = False
     for constraint in pose_bone.constraints:
-        if constraint.type != "LIMIT_ROTATION" or constraint.mute or constraint.influence <= 0 or constraint.owner_space != "LOCAL":
+        if constraint.type != "LIMIT_ROTATION" or constraint.mute or constraint.influence <= 0:
+            continue
+        if constraint.owner_space != "LOCAL":
+            warnings.append(f"bone '{pose_bone.name}': its Limit Rotation is not in Local Space, so it was not read: set its Owner to "
+                            "Local Space")
             continue
         for axis, letter in enumerate(LETTERS):
             if not getattr(constraint, f"use_limit_{letter}"):

@@ -12,6 +12,8 @@ from . import animation, armature, mesh, rig
 
 VERSION = "0.1.0"
 REMESHED_WITHIN = 0.003  # target units from the target's surface: a re-meshed part's face is an outer one
+SINGLE = 2.0 ** -23  # what Blender's numbers are rounded to, of their size
+ROUGH = 1e-4  # of the target's longest side: places that are rounded to more than that show
 SMALLEST_SIDE = 1e-3  # Blender units: it deletes bones that are shorter than a millionth
 
 
@@ -35,17 +37,32 @@ def gather(character_obj, target_obj, options, until="finishing", embedding=None
     if box is not None and 0 < max(box[1] - box[0]) < SMALLEST_SIDE:
         raise UserError(f"the target '{target_obj.name}' is only {max(box[1] - box[0]):.2g} Blender units long, too small for "
                         "Blender's bones: scale it up")
+    warnings = [*character.warnings, *_told_of_distance(target_obj.name, box)]
     message = {
         "kind": "design", "until": until, "options": options.as_dict(),
         "names": {"character": character_obj.name, "target": target_obj.name},
         "character": {"names": character.names, "parents": character.parents, "hinges": character.hinges},
-        "target": {"floor": float(box[0][2]) if box else 0.0}, "warnings": character.warnings,
+        "target": {"floor": float(box[0][2]) if box else 0.0}, "warnings": warnings,
         "stored": {"embedding": embedding, "path": path, "start": start},
         "steering": steering or {}, "explore": explore}
     arrays = {"heads": ("d", character.heads.tobytes()), "tails": ("d", character.tails.tobytes()),
               "axes": ("d", character.axes.tobytes()), "rotation": ("d", character.rotation.tobytes()),
               "vertices": ("d", vertices.tobytes()), "triangles": ("i", triangles.tobytes())}
     return message, arrays
+
+
+def _told_of_distance(name, box):
+    """A warning where the target lies so far out that Blender's single precision shows; no matter how large it is.
+
+    `box` as from `mesh.bounds`.
+    """
+    if box is None:
+        return []
+    reach = np.abs(box).max()
+    if SINGLE * reach <= ROUGH * max(box[1] - box[0]):
+        return []
+    return [f"the target '{name}' lies {reach:.3g} units from the world's origin, very far for its size: Blender's numbers are rough "
+            "there and parts may stand a little off. Move it nearer"]
 
 
 def apply(context, result, arrays, character_obj, target_obj, options):

@@ -173,6 +173,9 @@ class _Run:
 
     def _finishing(self):
         self._finish(self.path, self.options.clearance_mm, self.options.style, "finishing")
+        if len(self.parts.parts) < 2:
+            raise UserError(f"of {len(self.character.members)} parts only {len(self.parts.parts)} would be left, and one part can't fold: "
+                            "the other bones are very short or have no room. Make the bones' lengths more alike, or try another seed")
         self._warn(self.parts.warnings)
         self.certificate = self.parts.certificate
         flat = array("d", (number for row in self.certificate.intervals for number in row))
