@@ -30,6 +30,7 @@ class Regrowth {
   void take(std::size_t s, int bone);
   bool wave(int bone, int number);
   bool may_try(std::size_t s, int bone, int number) const;
+  bool may_take(std::size_t s, int bone) const { return design_.segmentation.may_grow(bone) || design_.segmentation.owner[s] == bone; }
   char& dead(std::size_t s, int bone) { return dead_[std::size_t(place_[s]) * bones_ + bone]; }
   char dead(std::size_t s, int bone) const { return dead_[std::size_t(place_[s]) * bones_ + bone]; }
 
@@ -69,7 +70,7 @@ void Regrowth::each_neighbour(std::size_t s, const Visit& visit) const {
 void Regrowth::take(std::size_t s, int bone) {
   owner[s] = std::int16_t(bone);
   each_neighbour(s, [&](std::size_t n) {
-    if (owner[n] >= 0) return;
+    if (owner[n] >= 0 || !may_take(n, bone)) return;
     if (reached_[n] < 0) reached_[n] = wave_;
     fringe_[bone].push_back(std::uint32_t(n));
   });
@@ -120,14 +121,14 @@ std::vector<std::size_t> Regrowth::fill() {
   while (!left.empty()) {
     std::vector<int> choice(left.size(), -1);
     tbb::parallel_for(std::size_t(0), left.size(), [&](std::size_t i) {
-      int least = kMany + 1;
+      int least = 2 * kMany + 1;
       std::array<int, 6> seen{-1, -1, -1, -1, -1, -1};
       std::size_t count = 0;
       each_neighbour(left[i], [&](std::size_t n) {
         const int bone = owner[n];
         if (bone < 0 || std::find(seen.begin(), seen.end(), bone) != seen.end()) return;
         seen[count++] = bone;
-        const int found = collisions_.hits({std::uint32_t(left[i])}, bone, kMany).front();
+        const int found = collisions_.hits({std::uint32_t(left[i])}, bone, kMany).front() + (may_take(left[i], bone) ? 0 : kMany);
         if (found < least || (found == least && bone == design_.segmentation.owner[left[i]])) least = found, choice[i] = bone;
       });
     });

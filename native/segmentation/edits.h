@@ -1,0 +1,47 @@
+// The artist's edits of a segmentation (paper, section 5, "User interaction"), kept as data: a list that is
+// replayed whenever the rooms before have run again.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "character/character.h"
+#include "embedding/embedding.h"
+#include "segmentation/segmentation.h"
+#include "target/target.h"
+
+namespace transformables {
+
+enum class EditKind {
+  kRemove,      ///< the bone has no skin: its neighbours fill the place. Finishing leaves it its bare skeleton
+  kInhibit,     ///< the bone's skin does not grow beyond its skeletal shape and `reach`; its neighbours fill what it had
+  kKeepWhole,   ///< a painted region ends in one part: of those that hold it now, the one that holds most of it
+  kAssign,      ///< a painted region ends in the bone's part
+};
+
+struct Edit {
+  EditKind kind = EditKind::kKeepWhole;
+  std::string bone;                                          ///< name in the Character; not for kKeepWhole
+  std::string name;                                          ///< what the artist calls the region, for messages
+  double reach = 0;                                          ///< kInhibit: thickness beyond the skeletal shape, target units
+  std::vector<std::array<Eigen::Vector3d, 3>> painted;       ///< kKeepWhole, kAssign: triangles of the target's surface, target frame
+};
+
+/// What became of the edits: a line for each thing that the artist should know. Empty: all was done as wished.
+using EditReport = std::vector<std::string>;
+
+/// The segmentation with the edits replayed on it: removals first, then inhibitions, then painted regions, each kind in the list's
+/// order. The result is again a tiling. Samples whose owner an edit chose are pinned, with a way to their bone's core, and inhibited bones
+/// are flagged, so that later rooms respect both. Painted regions reach as deep as the nearest surface is painted, to half the
+/// region's width.
+///
+/// An edit that makes no sense any more is left out, and told: its bone is gone or without a skin, its region is not on the target, or it
+/// would cut another part in two. A bone's skeleton stays its own: regions go round it, which is told where it shows.
+/// The result is the same for any number of threads.
+/// @throws InvalidInput when the segmentation belongs to other data, or an edit holds numbers that are not finite or a negative reach
+Segmentation edited(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+                    const std::vector<Edit>& edits, EditReport* report = nullptr, int threads = 0);
+
+}  // namespace transformables
