@@ -2,6 +2,7 @@
 
 #include "bindings/bindings.h"
 #include "folding/folding.h"
+#include "segmentation/edits.h"
 #include "segmentation/segmentation.h"
 
 namespace transformables::bindings {
@@ -16,11 +17,37 @@ std::vector<double> volumes(const Segmentation& s) {
   return rows;
 }
 
+EditKind kind_from(const std::string& word) {
+  if (word == "remove") return EditKind::kRemove;
+  if (word == "inhibit") return EditKind::kInhibit;
+  if (word == "keep_whole") return EditKind::kKeepWhole;
+  if (word == "assign") return EditKind::kAssign;
+  throw InvalidInput("an edit is remove, inhibit, keep_whole or assign, not '" + word + "'");
+}
+
+/// @param painted  triangles' corners, 9 float64 each, Blender units
+Edit edit_from(const Target& target, const std::string& kind, const std::string& bone, const std::string& name, double reach, const py::buffer& painted) {
+  Edit edit;
+  edit.kind = kind_from(kind);
+  edit.bone = bone;
+  edit.name = name;
+  edit.reach = reach;
+  const auto numbers = read_array<double>(painted, 9, "painted");
+  for (std::size_t i = 0; i < numbers.size(); i += 9) {
+    auto& triangle = edit.painted.emplace_back();
+    for (int k = 0; k < 3; ++k)
+      triangle[k] = (Eigen::Map<const Eigen::Vector3d>(&numbers[i + 3 * std::size_t(k)]) - target.centre) * target.scale;
+  }
+  return edit;
+}
+
 }  // namespace
 
 void bind_segmentation(py::module_& m) {
   py::class_<Segmentation>(m, "Segmentation")
       .def_property_readonly("volumes", &volumes)
+      .def_property_readonly("pinned", [](const Segmentation& s) { return write_array(s.pinned); })
+      .def_property_readonly("inhibited", [](const Segmentation& s) { return std::vector<bool>(s.inhibited.begin(), s.inhibited.end()); })
       .def_property_readonly("owner", [](const Segmentation& s) { return write_array(s.owner); })
       .def_property_readonly("size", [](const Segmentation& s) { return std::vector<int>{s.shape.size.x(), s.shape.size.y(), s.shape.size.z()}; });
 
@@ -52,6 +79,23 @@ void bind_segmentation(py::module_& m) {
       py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(), py::arg("ranges") = "straight",
       py::arg("threads") = 0, py::arg("progress") = py::none(),
       "Mesh transfer at every joint (Eqs. 8 to 11), over the path's ranges or, without one, from the folded angle to rest. Raises InvalidInput, Cancelled.");
+
+  py::class_<Edit>(m, "Edit").def_readonly("bone", &Edit::bone).def_readonly("name", &Edit::name);
+  m.def("make_edit", &edit_from, py::arg("target"), py::kw_only(), py::arg("kind"), py::arg("bone") = "", py::arg("name") = "",
+        py::arg("reach") = 0.0, py::arg("painted") = py::bytes(),
+        "An artist's edit: remove, inhibit (reach: target units), keep_whole or assign (painted: n x 9 float64, corners of triangles in Blender units). "
+        "Raises InvalidInput.");
+  m.def(
+      "edited",
+      [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+         const std::vector<Edit>& edits, int threads) {
+        EditReport report;
+        py::gil_scoped_release release;
+        Segmentation result = edited(segmentation, character, target, embedding, edits, &report, threads);
+        return std::pair(std::move(result), std::move(report));
+      },
+      py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::arg("edits"), py::kw_only(), py::arg("threads") = 0,
+      "The segmentation with edits replayed on it, and a list of lines on what could not be done. Raises InvalidInput.");
 }
 
 }  // namespace transformables::bindings

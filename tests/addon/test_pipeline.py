@@ -102,3 +102,31 @@ def test_the_best_pose_is_told_as_lines_in_blenders_world(native):
 def test_an_unknown_end_is_refused(native):
     with pytest.raises(UserError):
         pipeline.run(*two_bones(until="painting"), Ears())
+
+
+def test_edits_are_replayed_after_transfer_and_transfer_heeds_them(native):
+    message, arrays = two_bones(edits=[{"kind": "inhibit", "bone": "arm", "thickness_mm": 15.0},
+                                       {"kind": "keep_whole", "name": "wheel", "faces": "edit_1_faces"}, {"kind": "remove", "bone": "nobody"}])
+    arrays["edit_1_faces"] = ("d", bytes(72))
+    ears = Ears()
+    result, _ = pipeline.run(message, arrays, ears)
+    names = [call if isinstance(call, str) else call[0] for call in native.calls]
+    assert names == ALL[:6] + ["edited", "transfer"] + ALL[6:]
+    arm, wheel, nobody = native.calls[6][1]
+    assert arm.reach == pytest.approx(0.05) and arm.bone == "arm"  # 15 of 150 mm, which are 0.5 target units
+    assert wheel.painted == bytes(72) and wheel.name == "wheel"
+    assert "edit remove was told of" in result["warnings"] and "edit remove was told of" in ears.warnings
+
+
+def test_an_edit_of_a_bone_that_is_fixed_to_another_goes_to_the_body_that_holds_it(native, monkeypatch):
+    made = native.make_character
+    def joined(**given):
+        character = made(**given)
+        character.names, character.members = character.names[:1], [[0, 1]]
+        character.parents, character.hinges, character.angle_count, character.first_angle = [-1], [[]], 0, [0]
+        return character
+    monkeypatch.setattr(native, "make_character", joined)
+    message, arrays = two_bones(until="segmentation", edits=[{"kind": "remove", "bone": "arm"}])
+    pipeline.run(message, arrays, Ears())
+    edits, = [call[1] for call in native.calls if not isinstance(call, str)]
+    assert edits[0].bone == message["character"]["names"][0]

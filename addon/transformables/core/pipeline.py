@@ -3,8 +3,9 @@
 
 A job is a dict: `options` (DesignOptions.as_dict()), `character` {names, parents, hinges}, `until` (one of UNTIL),
 `stored` {embedding, path, start}, as an earlier result gave them: an embedding or a path that is there is not searched again,
-`start` is a pose to search from; `names`, `target` and `warnings` go into the result. Arrays: heads, tails, axes, vertices,
-rotation (float64), triangles (int32).
+`start` is a pose to search from; `names`, `target` and `warnings` go into the result. `edits` (optional) are the artist's edits of the
+segmentation, in order: {kind ("remove", "inhibit", "keep_whole" or "assign"), bone (an armature bone), name (for messages), thickness_mm, faces (the
+name of an array: corners of painted triangles, n x 9, world units)}. Arrays: heads, tails, axes, vertices, rotation (float64), triangles (int32).
 """
 import importlib
 import time
@@ -127,7 +128,31 @@ class _Run:
         grown = self.tn.grow(self.character, self.target, self.embedding, threads=self.options.threads,
                              progress=self._progress("segmentation", 0.0, 0.6))
         self.segmentation = self.tn.transfer(grown, self.character, self.target, self.embedding, threads=self.options.threads,
-                                             progress=self._progress("segmentation", 0.6, 1.0))
+                                             progress=self._progress("segmentation", 0.6, 0.9))
+        if self.job.get("edits"):
+            self._edit()
+
+    def _edit(self):
+        """The artist's edits, and what parts then need to turn at their joints: transfer leaves alone what an edit has decided."""
+        rooms = (self.character, self.target, self.embedding)
+        edits = [self._native_edit(edit) for edit in self.job["edits"]]
+        edited, report = self.tn.edited(self.segmentation, *rooms, edits, threads=self.options.threads)
+        self._warn(report)
+        self.segmentation = self.tn.transfer(edited, *rooms, threads=self.options.threads,
+                                             progress=self._progress("segmentation", 0.9, 1.0))
+
+    def _native_edit(self, edit):
+        faces = edit.get("faces")
+        return self.tn.make_edit(self.target, kind=edit["kind"], bone=self._body_of(edit.get("bone", "")), name=edit.get("name", ""),
+                                 reach=self.options.target_units(edit.get("thickness_mm", 0.0)),
+                                 painted=self._bytes(faces) if faces else b"")
+
+    def _body_of(self, bone):
+        """The body that an armature bone is part of: bones that are fixed to their parents have no part of their own."""
+        for name, members in zip(self.character.names, self.character.members):
+            if bone in (self.armature["names"][member] for member in members):
+                return name
+        return bone
 
     def _folding(self):
         rooms = (self.segmentation, self.character, self.target, self.embedding)

@@ -107,7 +107,8 @@ class JobOperator:
             character, target = settings.picked(scene, "character"), settings.picked(scene, "target")
             _leave_edit_mode(context)
             stored = results.stored(scene, self.uses_stored)
-            message, arrays = design.gather(character, target, options_of(scene), until=self.until, **stored)
+            message, arrays = design.gather(character, target, options_of(scene), until=self.until,
+                                            edits=settings.edits(scene), **stored)
             job = Job(message, arrays)
             job.start()
         except UserError as error:

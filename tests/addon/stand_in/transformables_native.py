@@ -115,6 +115,15 @@ def transfer(segmentation, character, target, embedding, *, ranges="straight", t
     return segmentation
 
 
+def make_edit(target, *, kind, bone="", name="", reach=0.0, painted=b""):
+    return SimpleNamespace(kind=kind, bone=bone, name=name, reach=reach, painted=painted)
+
+
+def edited(segmentation, character, target, embedding, edits, *, threads=0):
+    calls.append(("edited", edits))
+    return segmentation, [f"edit {edit.kind} was told of" for edit in edits if edit.bone == "nobody"]
+
+
 class FoldPath:
     def __init__(self, *, moves):
         self.moves, self.overlap_volume, self.collisions = moves, 0.0, []

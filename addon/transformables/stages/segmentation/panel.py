@@ -3,9 +3,33 @@ import json
 
 import bpy
 
+from ...ui import settings
 from ...ui.panel import StagePanel, labels
+from .properties import KINDS
 
 SHOWN = 8  # bones listed; the panel is no spreadsheet
+
+
+class TRANSFORMABLES_UL_edits(bpy.types.UIList):
+    """The artist's wishes, one a row."""
+
+    bl_idname = "TRANSFORMABLES_UL_edits"
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_propname, index):
+        row = layout.row(align=True)
+        row.prop(item, "enabled", text="")
+        label = row.row()
+        label.active = item.enabled
+        label.label(text=item.label(), icon=next(kind[3] for kind in KINDS if kind[0] == item.kind))
+
+
+class TRANSFORMABLES_MT_add_edit(bpy.types.Menu):
+    bl_idname = "TRANSFORMABLES_MT_add_edit"
+    bl_label = "Add Wish"
+
+    def draw(self, context):
+        for kind, words, _, icon, _ in KINDS:
+            self.layout.operator("transformables.add_edit", text=words, icon=icon).kind = kind
 
 
 class TRANSFORMABLES_PT_segmentation(StagePanel, bpy.types.Panel):
@@ -14,6 +38,28 @@ class TRANSFORMABLES_PT_segmentation(StagePanel, bpy.types.Panel):
     bl_order = 4
     stage = "segmentation"
     operator = "transformables.segment"
+
+    def draw_settings(self, context, layout):
+        stage = context.scene.transformables.segmentation_stage
+        layout.label(text="Wishes")
+        row = layout.row()
+        row.template_list("TRANSFORMABLES_UL_edits", "", stage, "edits", stage, "active_edit", rows=3)
+        buttons = row.column(align=True)
+        buttons.menu("TRANSFORMABLES_MT_add_edit", text="", icon="ADD")
+        buttons.operator("transformables.remove_edit", text="", icon="REMOVE")
+        if 0 <= stage.active_edit < len(stage.edits):
+            self._draw_edit(context, layout.box(), stage.edits[stage.active_edit])
+
+    def _draw_edit(self, context, box, edit):
+        character, target = settings.picked(context.scene, "character"), settings.picked(context.scene, "target")
+        box.active = edit.enabled
+        box.prop(edit, "kind")
+        if edit.kind != "keep_whole" and character is not None:
+            box.prop_search(edit, "bone", character.data, "bones")
+        if edit.kind == "inhibit":
+            box.prop(edit, "thickness_mm")
+        if edit.kind in ("keep_whole", "assign") and target is not None:
+            box.prop_search(edit, "group", target, "vertex_groups")
 
     def draw_stored(self, context, layout):
         shares = json.loads(context.scene.transformables.segmentation_stage.stored)
@@ -29,4 +75,4 @@ class TRANSFORMABLES_PT_segmentation(StagePanel, bpy.types.Panel):
             labels(layout, context, f"and {len(largest) - SHOWN} smaller ones")
 
 
-CLASSES = (TRANSFORMABLES_PT_segmentation,)
+CLASSES = (TRANSFORMABLES_UL_edits, TRANSFORMABLES_MT_add_edit, TRANSFORMABLES_PT_segmentation)
