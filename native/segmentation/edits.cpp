@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "segmentation/region.h"
+#include "segmentation/seam_move.h"
 #include "segmentation/skeleton.h"
 #include "segmentation/surfaces.h"
 #include "segmentation/tiling.h"
@@ -33,6 +34,7 @@ std::string what_of(const Edit& edit) {
     case EditKind::kInhibit: return "Inhibiting the growth of " + quoted(edit.bone);
     case EditKind::kKeepWhole: return "Keeping " + quoted(edit.name) + " whole";
     case EditKind::kAssign: return "Assigning " + quoted(edit.name) + " to " + quoted(edit.bone);
+    case EditKind::kMoveSeam: return "Moving the seam between " + quoted(edit.bone) + " and " + quoted(edit.other);
   }
   return {};
 }
@@ -44,14 +46,20 @@ void check(const std::vector<Edit>& edits) {
     for (const auto& t : edit.painted)
       for (const auto& p : t)
         if (!p.allFinite()) throw InvalidInput("edit: the painted region " + quoted(edit.name) + " holds points that are no numbers; repair the target's mesh");
+    if (edit.from.size() != edit.to.size())
+      throw InvalidInput("edit: the seam between " + quoted(edit.bone) + " and " + quoted(edit.other) + " has " + std::to_string(edit.from.size()) + " points, but " +
+                         std::to_string(edit.to.size()) + " places for them; move it again");
+    for (const auto* points : {&edit.from, &edit.to})
+      for (const auto& p : *points)
+        if (!p.allFinite()) throw InvalidInput("edit: the seam between " + quoted(edit.bone) + " and " + quoted(edit.other) + " holds points that are no numbers; move it again");
   }
 }
 
 class Editing {
  public:
-  Editing(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding, EditReport& report)
+  Editing(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding, EditReport& report, int threads)
       : result_(segmentation), character_(character), target_(target), shape_(target.distance.shape), report_(report),
-        skeleton_(skeleton_of_edited(character, target, embedding, segmentation)) {
+        threads_(threads), surfaces_(target), skeleton_(skeleton_of_edited(character, target, embedding, segmentation)) {
     result_.pinned.resize(result_.owner.size(), 0);
     result_.inhibited.resize(character.bones.size(), 0);
   }
@@ -59,13 +67,15 @@ class Editing {
   void remove(const Edit& edit);
   void inhibit(const Edit& edit);
   void paint(const Edit& edit);
-  Segmentation result(int threads);
+  void move(const Edit& edit);
+  void settle() { surfaces_.retile(result_, skeleton_.core, threads_); }
+  Segmentation result();
 
  private:
   int bones() const { return int(character_.bones.size()); }
   const std::string& name_of(int bone) const { return character_.bones[bone].name; }
   void leave_out(const Edit& edit, const std::string& why) { report_.push_back(what_of(edit) + " was left out: " + why + "."); }
-  int bone_of(const Edit& edit);
+  int bone_of(const Edit& edit, const std::string& name);
   std::vector<std::size_t> sizes() const;
   std::vector<std::int16_t> guarded() const;
   std::vector<int> candidates(const Region& region, const std::vector<std::int16_t>& guard) const;
@@ -81,19 +91,21 @@ class Editing {
   const Target& target_;
   const GridShape& shape_;
   EditReport& report_;
+  int threads_;
+  Surfaces surfaces_;
   Skeleton skeleton_;   // its cores hold what is pinned, too
 };
 
 // The bone that an edit names, when it has a skin; else the edit is left out and told.
-int Editing::bone_of(const Edit& edit) {
-  const auto at = std::find_if(character_.bones.begin(), character_.bones.end(), [&](const Bone& b) { return b.name == edit.bone; });
+int Editing::bone_of(const Edit& edit, const std::string& name) {
+  const auto at = std::find_if(character_.bones.begin(), character_.bones.end(), [&](const Bone& b) { return b.name == name; });
   if (at == character_.bones.end()) {
-    leave_out(edit, "the character has no bone " + quoted(edit.bone));
+    leave_out(edit, "the character has no bone " + quoted(name));
     return -1;
   }
   const int bone = int(at - character_.bones.begin());
   if (sizes()[bone] > 0) return bone;
-  leave_out(edit, "the bone has no skin");
+  leave_out(edit, "bone " + quoted(name) + " has no skin");
   return -1;
 }
 
@@ -110,7 +122,7 @@ void Editing::retile() {
 }
 
 void Editing::remove(const Edit& edit) {
-  const int bone = bone_of(edit);
+  const int bone = bone_of(edit, edit.bone);
   if (bone < 0) return;
   const std::vector<std::size_t> count = sizes();
   if (std::count_if(count.begin(), count.end(), [](std::size_t n) { return n > 0; }) < 2) return leave_out(edit, "it is the only one left, and the target must be filled");
@@ -122,7 +134,7 @@ void Editing::remove(const Edit& edit) {
 }
 
 void Editing::inhibit(const Edit& edit) {
-  const int bone = bone_of(edit);
+  const int bone = bone_of(edit, edit.bone);
   if (bone < 0) return;
   const std::vector<std::size_t> count = sizes();
   bool other = false;
@@ -160,7 +172,7 @@ std::vector<int> Editing::candidates(const Region& region, const std::vector<std
 void Editing::paint(const Edit& edit) {
   int named = -1;
   if (edit.kind == EditKind::kAssign) {
-    named = bone_of(edit);
+    named = bone_of(edit, edit.bone);
     if (named < 0) return;
   }
   if (edit.painted.empty()) return leave_out(edit, "no face is painted");
@@ -276,9 +288,24 @@ void Editing::tell_what_shows(const Edit& edit, const Region& region, int bone) 
   report_.push_back(what_of(edit) + ": " + percent + " of it stays elsewhere, as the skeleton or another region of " + quoted(name_of(whose)) + " lies there.");
 }
 
-Segmentation Editing::result(int threads) {
+// Level sets must be settled when this is called, and are afterwards.
+void Editing::move(const Edit& edit) {
+  const int a = bone_of(edit, edit.bone), b = a < 0 ? -1 : bone_of(edit, edit.other);
+  if (b < 0) return;
+  const SeamMove seam{std::min(a, b), std::max(a, b), edit.from, edit.to};
+  const std::string problem = move_seam(result_, target_, surfaces_, skeleton_.core, seam, threads_);
+  if (!problem.empty()) return leave_out(edit, problem);
+  for (int bone : {a, b}) {
+    std::vector<std::size_t> own;
+    for (std::size_t i : beside_seam(result_, seam))
+      if (result_.owner[i] == bone) own.push_back(i);
+    pin(own, bone);
+  }
+}
+
+Segmentation Editing::result() {
   if (std::find(result_.inhibited.begin(), result_.inhibited.end(), 1) == result_.inhibited.end()) result_.inhibited.clear();
-  Surfaces(target_).retile(result_, skeleton_.core, threads);
+  settle();
   if (std::find(result_.pinned.begin(), result_.pinned.end(), 1) == result_.pinned.end()) result_.pinned.clear();
   return std::move(result_);
 }
@@ -292,7 +319,7 @@ Segmentation edited(const Segmentation& segmentation, const Character& character
     throw InvalidInput("edit: the segmentation belongs to another character, target or resolution; segment again");
   if (threads < 0) throw InvalidInput("edit: the number of threads must be 0 (all cores) or more");
   EditReport unread;
-  Editing editing(segmentation, character, target, embedding, report ? *report : unread);
+  Editing editing(segmentation, character, target, embedding, report ? *report : unread, threads);
   const auto all_of = [&](auto&& kinds, auto&& work) {
     for (const Edit& edit : edits)
       if (std::find(kinds.begin(), kinds.end(), edit.kind) != kinds.end()) work(edit);
@@ -300,7 +327,9 @@ Segmentation edited(const Segmentation& segmentation, const Character& character
   all_of(std::array{EditKind::kRemove}, [&](const Edit& e) { editing.remove(e); });
   all_of(std::array{EditKind::kInhibit}, [&](const Edit& e) { editing.inhibit(e); });
   all_of(std::array{EditKind::kKeepWhole, EditKind::kAssign}, [&](const Edit& e) { editing.paint(e); });
-  return editing.result(threads);
+  editing.settle();
+  all_of(std::array{EditKind::kMoveSeam}, [&](const Edit& e) { editing.move(e); });
+  return editing.result();
 }
 
 }  // namespace transformables

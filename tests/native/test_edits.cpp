@@ -165,7 +165,7 @@ TEST(Edits, ThatMakeNoSenseAnyMoreAreLeftOutAndTold) {
   told({painted(EditKind::kAssign, "lid", top(-0.1, 0, -0.05, 0.05), "tail")}, "no bone 'tail'");
   told({painted(EditKind::kKeepWhole, "lid", {})}, "no face");
   told({painted(EditKind::kKeepWhole, "lid", rectangle({-0.1, -0.05, 0.3}, {0.1, 0, 0}, {0, 0.1, 0}))}, "not on the target");
-  told({of_bone(EditKind::kRemove, "left"), painted(EditKind::kAssign, "lid", top(-0.1, 0, -0.05, 0.05), "left")}, "no skin");
+  told({of_bone(EditKind::kRemove, "left"), painted(EditKind::kAssign, "lid", top(-0.1, 0, -0.05, 0.05), "left")}, "'left' has no skin");
   told({of_bone(EditKind::kInhibit, "left"), of_bone(EditKind::kInhibit, "middle"), of_bone(EditKind::kInhibit, "right")}, "no part would be left");
 }
 
