@@ -3,6 +3,7 @@
 #include "bindings/bindings.h"
 #include "folding/folding.h"
 #include "segmentation/edits.h"
+#include "segmentation/seams.h"
 #include "segmentation/segmentation.h"
 
 namespace transformables::bindings {
@@ -22,16 +23,45 @@ EditKind kind_from(const std::string& word) {
   if (word == "inhibit") return EditKind::kInhibit;
   if (word == "keep_whole") return EditKind::kKeepWhole;
   if (word == "assign") return EditKind::kAssign;
-  throw InvalidInput("an edit is remove, inhibit, keep_whole or assign, not '" + word + "'");
+  if (word == "move_seam") return EditKind::kMoveSeam;
+  throw InvalidInput("an edit is remove, inhibit, keep_whole, assign or move_seam, not '" + word + "'");
 }
 
-/// @param painted  triangles' corners, 9 float64 each, Blender units
-Edit edit_from(const Target& target, const std::string& kind, const std::string& bone, const std::string& name, double reach, const py::buffer& painted) {
+std::vector<Eigen::Vector3d> in_target_frame(const Target& target, std::vector<Eigen::Vector3d> points) {
+  for (Eigen::Vector3d& p : points) p = (p - target.centre) * target.scale;
+  return points;
+}
+
+py::list seam_dicts(const std::vector<Seam>& seams, const Target& target) {
+  py::list rows;
+  for (const Seam& seam : seams) {
+    std::vector<double> numbers;
+    for (const Eigen::Vector3d& p : seam.points) {
+      const Eigen::Vector3d q = p / target.scale + target.centre;
+      numbers.insert(numbers.end(), q.data(), q.data() + 3);
+    }
+    py::dict d;
+    d["bone_a"] = seam.bone_a;
+    d["bone_b"] = seam.bone_b;
+    d["closed"] = seam.closed;
+    d["points"] = write_array(numbers);
+    rows.append(d);
+  }
+  return rows;
+}
+
+/// @param painted           triangles' corners, 9 float64 each, Blender units
+/// @param from_points, to_points  3 float64 each, Blender units
+Edit edit_from(const Target& target, const std::string& kind, const std::string& bone, const std::string& other, const std::string& name, double reach,
+               const py::buffer& painted, const py::buffer& from_points, const py::buffer& to_points) {
   Edit edit;
   edit.kind = kind_from(kind);
   edit.bone = bone;
+  edit.other = other;
   edit.name = name;
   edit.reach = reach;
+  edit.from = in_target_frame(target, read_points(from_points, "from_points"));
+  edit.to = in_target_frame(target, read_points(to_points, "to_points"));
   const auto numbers = read_array<double>(painted, 9, "painted");
   for (std::size_t i = 0; i < numbers.size(); i += 9) {
     auto& triangle = edit.painted.emplace_back();
@@ -81,10 +111,23 @@ void bind_segmentation(py::module_& m) {
       "Mesh transfer at every joint (Eqs. 8 to 11), over the path's ranges or, without one, from the folded angle to rest. Raises InvalidInput, Cancelled.");
 
   py::class_<Edit>(m, "Edit").def_readonly("bone", &Edit::bone).def_readonly("name", &Edit::name);
-  m.def("make_edit", &edit_from, py::arg("target"), py::kw_only(), py::arg("kind"), py::arg("bone") = "", py::arg("name") = "",
-        py::arg("reach") = 0.0, py::arg("painted") = py::bytes(),
-        "An artist's edit: remove, inhibit (reach: target units), keep_whole or assign (painted: n x 9 float64, corners of triangles in Blender units). "
-        "Raises InvalidInput.");
+  m.def("make_edit", &edit_from, py::arg("target"), py::kw_only(), py::arg("kind"), py::arg("bone") = "", py::arg("other") = "",
+        py::arg("name") = "", py::arg("reach") = 0.0, py::arg("painted") = py::bytes(), py::arg("from_points") = py::bytes(),
+        py::arg("to_points") = py::bytes(),
+        "An artist's edit: remove, inhibit (reach: target units), keep_whole, assign (painted: n x 9 float64, corners of triangles in Blender units) or "
+        "move_seam (from_points, to_points: n x 3 float64, Blender units). Raises InvalidInput.");
+  m.def(
+      "seams",
+      [](const Segmentation& segmentation, const Target& target) {
+        std::vector<Seam> seams;
+        {
+          py::gil_scoped_release release;
+          seams = traced_seams(segmentation, target);
+        }
+        return seam_dicts(seams, target);
+      },
+      py::arg("segmentation"), py::arg("target"),
+      "Where parts meet on the target's surface (Eq. 12): dicts of bone_a, bone_b, closed, points (n x 3 float64, Blender units). Raises InvalidInput.");
   m.def(
       "edited",
       [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,

@@ -126,7 +126,24 @@ def test_an_edit_of_a_bone_that_is_fixed_to_another_goes_to_the_body_that_holds_
         character.parents, character.hinges, character.angle_count, character.first_angle = [-1], [[]], 0, [0]
         return character
     monkeypatch.setattr(native, "make_character", joined)
+    monkeypatch.setattr(native, "seams", lambda *_: [])  # a single part meets no other
     message, arrays = two_bones(until="segmentation", edits=[{"kind": "remove", "bone": "arm"}])
     pipeline.run(message, arrays, Ears())
     edits, = [call[1] for call in native.calls if not isinstance(call, str)]
     assert edits[0].bone == message["character"]["names"][0]
+
+
+def test_seams_are_traced_as_edits_find_them_and_named_by_their_bones(native, monkeypatch):
+    order = []
+    for name in ("edited", "seams", "transfer"):
+        made = getattr(native, name)
+        monkeypatch.setattr(native, name, lambda *a, _name=name, _made=made, **k: (order.append(_name), _made(*a, **k))[1])
+    result, arrays = pipeline.run(*two_bones(until="segmentation"), Ears())
+    assert order == ["transfer", "seams"]
+    message, more = two_bones(until="segmentation", edits=[{"kind": "move_seam", "bone": "arm", "other": "root", "from": "f", "to": "t"}])
+    more.update(f=("d", bytes(24)), t=("d", bytes(24)))
+    order.clear()
+    pipeline.run(message, more, Ears())
+    assert order == ["transfer", "edited", "seams", "transfer"]
+    seam, = result["seams"]
+    assert seam["bones"] == message["character"]["names"] and seam["closed"] and len(arrays[seam["points"]][1]) == 120 * 8

@@ -159,6 +159,72 @@ def test_a_finished_design_holds_what_was_wished(scene):
     assert _shares().get(bare, 0) < 0.5 * shares[bare]
 
 
+def _stored_seams():
+    return json.loads(bpy.context.scene.transformables.segmentation_stage.seams)
+
+
+def _pull(seam_index, by, size=0.0):
+    """Pulls a seam's topmost point along Y. Gives that point."""
+    points = _stored_seams()[seam_index]["points"]
+    top = max(range(len(points)), key=lambda i: points[i][2])
+    assert bpy.ops.transformables.move_seam(seam=seam_index, point=top, displacement=(0, by, 0), size=size) == {"FINISHED"}
+    return points[top]
+
+
+def _nearest(seams, bones, point):
+    return min(np.linalg.norm(np.array(seam["points"]) - point, axis=1).min() for seam in seams if seam["bones"] == bones)
+
+
+def test_dividing_the_target_stores_its_seams_in_the_targets_own_space(scene):
+    box = bpy.data.objects["Box"]
+    box.location, box.rotation_euler, box.scale = (3, 4, 5), (0.3, 0.5, 0.7), (2, 2, 2)
+    bpy.ops.transformables.embed()
+    assert not bpy.ops.transformables.move_seam.poll()
+    bpy.ops.transformables.segment()
+    seams = _stored_seams()
+    assert seams
+    for seam in seams:
+        off = np.abs(np.array(seam["points"])) / (1, 2, 1)  # the box's half sides
+        assert np.abs(off.max(axis=1) - 1).max() < 0.1, "on the surface"
+
+
+def test_a_pulled_seam_is_a_wish_that_the_next_division_heeds(scene):
+    bpy.ops.transformables.embed()
+    bpy.ops.transformables.segment()
+    before = _stored_seams()
+    voxel = 4 / 24
+    # A seam that runs across the top, so that it can be pulled along Y there.
+    index = next(i for i, s in enumerate(before) if max(p[2] for p in s["points"]) > 0.9 and len(s["points"]) > 12)
+    bones, (x, y, z) = before[index]["bones"], _pull(index, 3 * voxel)
+    edit, = scene.transformables.segmentation_stage.edits
+    assert edit.kind == "move_seam" and [edit.bone, edit.other] == bones
+    assert _nearest(_stored_seams(), bones, (x, y + 3 * voxel, z)) < 0.2 * voxel, "it is shown where it was pulled to"
+    bpy.ops.transformables.segment()
+    assert not _last().warnings
+    assert _nearest(_stored_seams(), bones, (x, y + 3 * voxel, z)) < voxel
+    assert _nearest(before, bones, (x, y + 3 * voxel, z)) > 1.5 * voxel
+
+
+def test_a_pull_of_nothing_and_one_of_a_point_that_is_not_there_change_nothing(scene, stand_in):
+    bpy.ops.transformables.segment()
+    assert bpy.ops.transformables.move_seam(seam=0, point=0, displacement=(0, 0, 0)) == {"CANCELLED"}
+    with pytest.raises(RuntimeError, match="no point 7000"):
+        bpy.ops.transformables.move_seam(seam=0, point=7000, displacement=(0, 1, 0))
+    assert len(scene.transformables.segmentation_stage.edits) == 0
+
+
+def test_a_pulled_seam_follows_the_target_and_stays_on_it(scene, stand_in):
+    bpy.ops.transformables.segment()
+    box = bpy.data.objects["Box"]
+    box.scale = (3, 3, 3)
+    bpy.context.view_layer.update()
+    _pull(0, 0.2)
+    rows, arrays = _gathered()
+    points = np.frombuffer(arrays[rows[0]["to"]][1]).reshape(-1, 3)
+    assert len(points) == len(np.frombuffer(arrays[rows[0]["from"]][1]).reshape(-1, 3)) > 5
+    assert np.abs((np.abs(points) / (3, 6, 3)).max(axis=1) - 1).max() < 1e-4
+
+
 def _owners_at_end(box):
     """How much of the painted end's area each part shows: points just below it, asked of the parts in object mode."""
     from mathutils import Vector

@@ -62,7 +62,7 @@ def _edits(scene, target, thorough):
     """The edits that are switched on; `thorough` also reads what is painted."""
     rows = []
     for edit in settings.edits(scene):
-        rows.append([edit.kind, edit.bone, edit.group, round(edit.thickness_mm, 4)])
+        rows.append([edit.kind, edit.bone, edit.other, edit.group, round(edit.thickness_mm, 4), edit.points])
         if thorough and edit.kind in PAINTED and target is not None:
             rows.append(hashlib.sha256(_painted(target, edit.group).tobytes()).hexdigest())
     return rows

@@ -4,7 +4,8 @@ from bpy.props import EnumProperty
 
 from ...ui import settings
 from ...ui.job_operator import JobOperator
-from .properties import KINDS
+from . import seam_operator
+from .properties import TO_ADD
 
 
 class TRANSFORMABLES_OT_segment(JobOperator, bpy.types.Operator):
@@ -24,7 +25,7 @@ class TRANSFORMABLES_OT_add_edit(bpy.types.Operator):
     bl_label = "Add Wish"
     bl_options = {"UNDO"}
 
-    kind: EnumProperty(name="Kind", items=KINDS, description="What is wished for")
+    kind: EnumProperty(name="Kind", items=TO_ADD, description="What is wished for")
 
     def execute(self, context):
         stage = context.scene.transformables.segmentation_stage
@@ -61,4 +62,4 @@ class TRANSFORMABLES_OT_remove_edit(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (TRANSFORMABLES_OT_segment, TRANSFORMABLES_OT_add_edit, TRANSFORMABLES_OT_remove_edit)
+CLASSES = (TRANSFORMABLES_OT_segment, TRANSFORMABLES_OT_add_edit, TRANSFORMABLES_OT_remove_edit, *seam_operator.CLASSES)

@@ -5,7 +5,7 @@ import bpy
 
 from ...ui import settings
 from ...ui.panel import StagePanel, labels
-from .properties import KINDS
+from .properties import KINDS, TO_ADD
 
 SHOWN = 8  # bones listed; the panel is no spreadsheet
 
@@ -28,7 +28,7 @@ class TRANSFORMABLES_MT_add_edit(bpy.types.Menu):
     bl_label = "Add Wish"
 
     def draw(self, context):
-        for kind, words, _, icon, _ in KINDS:
+        for kind, words, _, icon, _ in TO_ADD:
             self.layout.operator("transformables.add_edit", text=words, icon=icon).kind = kind
 
 
@@ -53,6 +53,9 @@ class TRANSFORMABLES_PT_segmentation(StagePanel, bpy.types.Panel):
     def _draw_edit(self, context, box, edit):
         character, target = settings.picked(context.scene, "character"), settings.picked(context.scene, "target")
         box.active = edit.enabled
+        if edit.kind == "move_seam":
+            box.label(text="Drag the seam again to change it")
+            return
         box.prop(edit, "kind")
         if edit.kind != "keep_whole" and character is not None:
             box.prop_search(edit, "bone", character.data, "bones")
@@ -73,6 +76,10 @@ class TRANSFORMABLES_PT_segmentation(StagePanel, bpy.types.Panel):
             row.label(text=f"{100 * share:.1f} %")
         if len(largest) > SHOWN:
             labels(layout, context, f"and {len(largest) - SHOWN} smaller ones")
+        stage = context.scene.transformables.segmentation_stage
+        if stage.seams:
+            layout.prop(stage, "show_seams")
+            layout.operator("transformables.move_seam", icon="MOD_CURVE")
 
 
 CLASSES = (TRANSFORMABLES_UL_edits, TRANSFORMABLES_MT_add_edit, TRANSFORMABLES_PT_segmentation)
