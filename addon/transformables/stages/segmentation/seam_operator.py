@@ -122,8 +122,7 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
 
     def _pick(self, context, event):
         """Takes the seam's point nearest to the mouse; of those near, one that the target does not hide."""
-        region, view = context.region, context.region_data
-        mouse = Vector((event.mouse_region_x, event.mouse_region_y))
+        region, view, mouse = _in_view(context, event)
         origin = self._world.inverted_safe() @ view3d_utils.region_2d_to_origin_3d(region, view, mouse)
         near = []
         for seam_index, seam in enumerate(self._seams):
@@ -144,8 +143,7 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
         return hit[0] is not None and (hit[0] - point).length > 0.02 * way.length
 
     def _follow(self, context, event):
-        region, view = context.region, context.region_data
-        mouse = (event.mouse_region_x, event.mouse_region_y)
+        region, view, mouse = _in_view(context, event)
         into = self._world.inverted_safe()
         origin = into @ view3d_utils.region_2d_to_origin_3d(region, view, mouse)
         direction = (into.to_3x3() @ view3d_utils.region_2d_to_vector_3d(region, view, mouse)).normalized()
@@ -169,6 +167,12 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
         context.workspace.status_text_set(None)
         session.redraw()
         return outcome
+
+
+def _in_view(context, event):
+    """The 3D view's own region, its view and the mouse in it: a drag that a panel's button has begun has the panel's region."""
+    region = next(r for r in context.area.regions if r.type == "WINDOW")
+    return region, context.area.spaces.active.region_3d, Vector((event.mouse_x - region.x, event.mouse_y - region.y))
 
 
 CLASSES = (TRANSFORMABLES_OT_move_seam,)
