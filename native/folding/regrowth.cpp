@@ -118,17 +118,19 @@ std::vector<std::size_t> Regrowth::fill() {
     if (owner[s] < 0) left.push_back(s);
   const std::vector<std::size_t> all = left;
   constexpr int kMany = 1000;
+  bool to_anyone = false;  // inhibited bones, too: only for what no other can reach
   while (!left.empty()) {
     std::vector<int> choice(left.size(), -1);
     tbb::parallel_for(std::size_t(0), left.size(), [&](std::size_t i) {
-      int least = 2 * kMany + 1;
+      int least = kMany + 1;
       std::array<int, 6> seen{-1, -1, -1, -1, -1, -1};
       std::size_t count = 0;
       each_neighbour(left[i], [&](std::size_t n) {
         const int bone = owner[n];
         if (bone < 0 || std::find(seen.begin(), seen.end(), bone) != seen.end()) return;
+        if (!to_anyone && !may_take(left[i], bone)) return;
         seen[count++] = bone;
-        const int found = collisions_.hits({std::uint32_t(left[i])}, bone, kMany).front() + (may_take(left[i], bone) ? 0 : kMany);
+        const int found = collisions_.hits({std::uint32_t(left[i])}, bone, kMany).front();
         if (found < least || (found == least && bone == design_.segmentation.owner[left[i]])) least = found, choice[i] = bone;
       });
     });
@@ -137,7 +139,8 @@ std::vector<std::size_t> Regrowth::fill() {
       if (choice[i] >= 0) owner[left[i]] = std::int16_t(choice[i]);
       else rest.push_back(left[i]);
     }
-    if (rest.size() == left.size()) throw InvalidInput("folding: the target's inside samples are not one connected piece; repair the target");
+    if (rest.size() == left.size() && to_anyone) throw InvalidInput("folding: the target's inside samples are not one connected piece; repair the target");
+    to_anyone = rest.size() == left.size();
     left = std::move(rest);
   }
   return all;

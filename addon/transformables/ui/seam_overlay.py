@@ -11,15 +11,18 @@ from . import settings
 
 COLOR, WIDTH = (0.05, 0.55, 1.0, 0.9), 2.0
 DRAGGED_COLOR, DRAGGED_WIDTH = (1.0, 0.85, 0.1, 1.0), 4.0
+CHANGING_COLOR = (1.0, 0.85, 0.1, 0.35)
 
 _handle = []
 _kept = {"text": "", "batch": None}   # the last seams drawn, and what they were made of
 _dragged = []                         # a curve in the target's own space
+_changing = []                        # corners of triangles, three each, there
 
 
-def show_dragged(points):
-    """Draws this curve, in the target's own space, until it is called with nothing."""
+def show_dragged(points, changing=()):
+    """Draws this curve and these triangles (corners, three each), in the target's own space, until it is called with nothing."""
     _dragged[:] = points
+    _changing[:] = changing
 
 
 def lines(text):
@@ -49,9 +52,18 @@ def _draw():
         gpu.matrix.multiply_matrix(target.matrix_world)
         if stage.show_seams and _kept["batch"] is not None:
             _draw_batch(shader, _kept["batch"], COLOR, WIDTH)
+        if _changing:
+            _draw_triangles(_changing)
         if len(_dragged) > 1:
             _draw_batch(shader, batch_for_shader(shader, "LINE_STRIP", {"pos": _dragged}), DRAGGED_COLOR, DRAGGED_WIDTH)
     gpu.state.blend_set("NONE")
+
+
+def _draw_triangles(corners):
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR" if bpy.app.version >= (4, 0, 0) else "3D_UNIFORM_COLOR")
+    shader.bind()
+    shader.uniform_float("color", CHANGING_COLOR)
+    batch_for_shader(shader, "TRIS", {"pos": corners}).draw(shader)
 
 
 def _draw_batch(shader, batch, color, width):

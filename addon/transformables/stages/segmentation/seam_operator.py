@@ -62,13 +62,15 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
             return {"CANCELLED"}
         self._prepare(context)
         self._dragging = False
+        self._frame = context.scene.frame_current
+        context.scene.frame_set(context.scene.frame_end)  # parts that are there stand in object mode, under their seams
         self._tell(context, "Press on a seam and drag it   (Esc: cancel)")
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
         if event.type in ("ESC", "RIGHTMOUSE") and event.value == "PRESS":
-            return self._end(context, {"CANCELLED"})
+            return self._end(context, {"CANCELLED"})  # the frame goes back, too
         if event.type == "LEFTMOUSE" and event.value == "PRESS" and not self._dragging:
             self._dragging = self._pick(context, event)
             if not self._dragging:
@@ -104,9 +106,10 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
         return [tuple(p) for p in self._seams[self.seam]["points"]]
 
     def _moved(self):
-        def snap(point):
-            return tuple(self._surface.find_nearest(point)[0])
-        return curves.pulled(self._points(), self._seams[self.seam]["closed"], self.point, tuple(self.displacement), self.size, snap)
+        return curves.pulled(self._points(), self._seams[self.seam]["closed"], self.point, tuple(self.displacement), self.size, self._snap)
+
+    def _snap(self, point):
+        return tuple(self._surface.find_nearest(point)[0])
 
     def _keep(self, context, moved):
         """Adds the wish, and shows the seam where it is to be; the parts follow when the target is divided again."""
@@ -153,8 +156,8 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
             self._show(context)
 
     def _show(self, context):
-        moved = self._moved()
-        seam_overlay.show_dragged(moved + moved[:1] if self._seams[self.seam]["closed"] else moved)
+        moved, closed = self._moved(), self._seams[self.seam]["closed"]
+        seam_overlay.show_dragged(moved + moved[:1] if closed else moved, curves.swept(self._points(), moved, closed, self._snap))
         bones = self._seams[self.seam]["bones"]
         self._tell(context, f"Seam between {bones[0]} and {bones[1]}   size {self.size:.3g} (wheel)   (release: keep, Esc: cancel)")
         session.redraw()
@@ -164,6 +167,8 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
 
     def _end(self, context, outcome):
         seam_overlay.show_dragged(())
+        if outcome == {"CANCELLED"}:
+            context.scene.frame_set(self._frame)
         context.workspace.status_text_set(None)
         session.redraw()
         return outcome
