@@ -189,6 +189,14 @@ void add(Grid<float>& phi, const GridShape& shape, std::size_t sample, double by
   if (!phi.values.empty() && phi.shape.contains(c)) phi.at(c) += float(by);
 }
 
+// Owners made a tiling, level sets made to agree with them and continued outside the target.
+void tile(Segmentation& segmentation, const Target& target, const Surfaces& surfaces, const std::vector<std::int16_t>& core, int threads) {
+  std::vector<char> growing;
+  for (int bone = 0; bone < int(segmentation.phi.size()) && !segmentation.inhibited.empty(); ++bone) growing.push_back(segmentation.may_grow(bone));
+  make_tiling(target, core, int(segmentation.phi.size()), segmentation.owner, growing);
+  surfaces.settle(segmentation, {}, threads);
+}
+
 void settle(Segmentation& segmentation, const Target& target, const Surfaces& surfaces, const std::vector<std::int16_t>& core, const SeamMove& move,
             int threads) {
   const GridShape& shape = segmentation.shape;
@@ -205,10 +213,7 @@ void settle(Segmentation& segmentation, const Target& target, const Surfaces& su
       if (!inside[sample] || !theirs || core[sample] >= 0) continue;
       segmentation.owner[sample] = std::int16_t(contour.side(shape.position(sample)) < 0 ? move.a : move.b);
     }
-    std::vector<char> growing;
-    for (int bone = 0; bone < int(segmentation.phi.size()) && !segmentation.inhibited.empty(); ++bone) growing.push_back(segmentation.may_grow(bone));
-    make_tiling(target, core, int(segmentation.phi.size()), segmentation.owner, growing);
-    surfaces.settle(segmentation, {}, threads);
+    tile(segmentation, target, surfaces, core, threads);
   }
 }
 
@@ -219,7 +224,7 @@ std::string move_seam(Segmentation& segmentation, const Target& target, const Su
   const std::string problem = problem_with(segmentation, target, move);
   if (!problem.empty()) return problem;
   carry(segmentation, target, core, move, band_around(segmentation, target, move));
-  surfaces.retile(segmentation, core, threads);
+  tile(segmentation, target, surfaces, core, threads);
   settle(segmentation, target, surfaces, core, move, threads);
   return {};
 }

@@ -3,6 +3,8 @@
 import json
 
 import bpy
+from mathutils import Vector
+from mathutils.bvhtree import BVHTree
 import numpy as np
 import pytest
 
@@ -203,6 +205,18 @@ def test_a_pulled_seam_is_a_wish_that_the_next_division_heeds(scene):
     assert not _last().warnings
     assert _nearest(_stored_seams(), bones, (x, y + 3 * voxel, z)) < voxel
     assert _nearest(before, bones, (x, y + 3 * voxel, z)) > 1.5 * voxel
+    assert bpy.ops.transformables.finish() == {"FINISHED"}
+    place = bpy.data.objects["Box"].matrix_world @ Vector((x, y + 3 * voxel, z))
+    trees = _parts_in_object_mode()
+    for bone in bones:
+        assert trees[bone].find_nearest(place)[3] < 1.5 * voxel, "folding and carving left it there"
+
+
+def test_a_seam_without_a_place_is_refused_in_words(scene):
+    edit = scene.transformables.segmentation_stage.edits.add()
+    edit.kind, edit.bone, edit.other = "move_seam", "link0", "link1"
+    with pytest.raises(RuntimeError, match="drag the seam"):
+        bpy.ops.transformables.segment()
 
 
 def test_a_pull_of_nothing_and_one_of_a_point_that_is_not_there_change_nothing(scene, stand_in):
@@ -225,19 +239,21 @@ def test_a_pulled_seam_follows_the_target_and_stays_on_it(scene, stand_in):
     assert np.abs((np.abs(points) / (3, 6, 3)).max(axis=1) - 1).max() < 1e-4
 
 
-def _owners_at_end(box):
-    """How much of the painted end's area each part shows: points just below it, asked of the parts in object mode."""
-    from mathutils import Vector
-    from mathutils.bvhtree import BVHTree
+def _parts_in_object_mode():
+    """A tree of the triangles of every part, by its bone, where it stands when all is folded."""
     scene = bpy.context.scene
     scene.frame_set(scene.frame_end)
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    trees = {}
+    depsgraph, trees = bpy.context.evaluated_depsgraph_get(), {}
     for obj in bpy.data.objects:
         if obj.get("transformable_role") == "part":
             world = obj.evaluated_get(depsgraph).matrix_world
-            trees[obj["transformable_bone"]] = BVHTree.FromPolygons([world @ v.co for v in obj.data.vertices], [p.vertices for p in obj.data.polygons])
-    found = {}
+            trees[obj["transformable_bone"]] = BVHTree.FromPolygons([world @ v.co for v in obj.data.vertices], [p.vertices[:] for p in obj.data.polygons])
+    return trees
+
+
+def _owners_at_end(box):
+    """How many of the points spread over the painted end show each part: rays along Y, asked of the parts in object mode."""
+    trees, found = _parts_in_object_mode(), {}
     for x in np.linspace(-0.9, 0.9, 12):
         for z in np.linspace(-0.9, 0.9, 12):
             hits = {name: tree.ray_cast(box.matrix_world @ Vector((x, 3, z)), Vector((0, -1, 0))) for name, tree in trees.items()}

@@ -16,7 +16,8 @@ import addon_utils
 import pytest
 
 ADDON = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))), "addon")
-OPERATORS = ("design", "cancel", "check_character", "check_target", "embed", "segment", "plan_fold", "finish", "hide_pose")
+OPERATORS = ("design", "cancel", "check_character", "check_target", "embed", "segment", "plan_fold", "finish", "hide_pose", "add_edit",
+             "remove_edit", "move_seam")
 PANELS = ("main", "character", "target", "embedding", "segmentation", "folding", "finishing")
 
 if ADDON not in sys.path:
@@ -103,7 +104,7 @@ def test_every_operator_and_setting_has_a_tooltip(enabled):
 
 
 def test_slow_operators_are_one_undo_step_and_never_run_again_by_the_redo_panel(enabled):
-    for name in ("design", "embed", "segment", "plan_fold", "finish"):
+    for name in ("design", "embed", "segment", "plan_fold", "finish", "move_seam"):
         assert getattr(bpy.types, f"TRANSFORMABLES_OT_{name}").bl_options == {"UNDO"}
 
 

@@ -30,6 +30,8 @@ def gather(edits, context, target_obj):
             row["faces"] = f"edit_{index}_faces"
             arrays[row["faces"]] = ("d", (np.empty((0, 3, 3)) if corners is None else corners).tobytes())
         if edit.kind == "move_seam":
+            if not edit.points:
+                raise UserError(f"The edit '{edit.label()}' says nothing of where the seam is to be: drag the seam")
             row["bone"], row["other"] = edit.bone, edit.other
             for key, points in json.loads(edit.points).items():  # "from" and "to"
                 row[key] = f"edit_{index}_{key}"

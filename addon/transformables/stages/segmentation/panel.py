@@ -56,7 +56,6 @@ class TRANSFORMABLES_PT_segmentation(StagePanel, bpy.types.Panel):
         if edit.kind == "move_seam":
             box.label(text="Drag the seam again to change it")
             return
-        box.prop(edit, "kind")
         if edit.kind != "keep_whole" and character is not None:
             box.prop_search(edit, "bone", character.data, "bones")
         if edit.kind == "inhibit":

@@ -34,7 +34,7 @@ class TransformablesEdit(bpy.types.PropertyGroup):
 
 
 class TransformablesSegmentationSettings(bpy.types.PropertyGroup):
-    edits: CollectionProperty(type=TransformablesEdit)
+    edits: CollectionProperty(type=TransformablesEdit, description="What the artist wants of the parts; heeded whenever the target is divided")
     seams: StringProperty(
         name="Seams", options={"HIDDEN"}, description="Where parts meet on the target, in its own space, as JSON text")
     show_seams: BoolProperty(name="Show Seams", default=True, description="Draw the lines where parts meet on the target in the 3D view")
