@@ -36,11 +36,16 @@ def lines(text):
     return pairs
 
 
+def in_object_mode(scene, target):
+    """Whether the target's shape is to be seen: itself, or parts at the end of their fold. Elsewhere seams would hang in the air."""
+    return target.visible_get() or scene.frame_current >= scene.frame_end
+
+
 def _draw():
     scene = bpy.context.scene
     stage = scene.transformables.segmentation_stage
     target = settings.picked(scene, "target")
-    if target is None or not (stage.show_seams and stage.seams or _dragged):
+    if target is None or not (stage.show_seams and stage.seams and in_object_mode(scene, target) or _dragged):
         return
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
     if _kept["text"] != stage.seams:

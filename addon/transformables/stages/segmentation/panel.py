@@ -17,10 +17,12 @@ class TRANSFORMABLES_UL_edits(bpy.types.UIList):
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_propname, index):
         row = layout.row(align=True)
+        row.use_property_split = False  # the panel's would leave half of the row empty
         row.prop(item, "enabled", text="")
         label = row.row()
         label.active = item.enabled
-        label.label(text=item.label(), icon=next(kind[3] for kind in KINDS if kind[0] == item.kind))
+        name = item.label() if item.kind == "move_seam" else item.group or item.bone or item.label()  # the icon tells the kind
+        label.label(text=name, icon=next(kind[3] for kind in KINDS if kind[0] == item.kind))
 
 
 class TRANSFORMABLES_MT_add_edit(bpy.types.Menu):
@@ -53,6 +55,7 @@ class TRANSFORMABLES_PT_segmentation(StagePanel, bpy.types.Panel):
     def _draw_edit(self, context, box, edit):
         character, target = settings.picked(context.scene, "character"), settings.picked(context.scene, "target")
         box.active = edit.enabled
+        box.label(text=edit.label(), icon=next(kind[3] for kind in KINDS if kind[0] == edit.kind))
         if edit.kind == "move_seam":
             box.label(text="Drag the seam again to change it")
             return
