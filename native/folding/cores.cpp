@@ -17,7 +17,7 @@ std::vector<std::int16_t> cores_of(const Design& design) {
     const int bone = segmentation.owner[s];
     const double d = shapes[bone].distance(segmentation.frames[bone].inverse() * segmentation.shape.position(s));
     depth[i] = float(d + (1 - kShare) * shapes[bone].radius);
-    if (depth[i] < 0) core[s] = std::int16_t(bone);
+    if (depth[i] < 0 || segmentation.is_pinned(s)) core[s] = std::int16_t(bone);
   });
   // A capsule can be thinner than the lattice: its nearest sample stands for it then.
   std::vector<float> least(character.bones.size(), std::numeric_limits<float>::max());

@@ -31,6 +31,9 @@ void check(const Design& design, const FoldingOptions& options) {
   for (const std::size_t s : target.inside)
     demand(s < segmentation.owner.size() && segmentation.owner[s] >= 0 && segmentation.owner[s] < design.bones(),
            "an inside sample belongs to no bone of the character; make the segmentation a tiling first");
+  demand((segmentation.pinned.empty() || segmentation.pinned.size() == segmentation.owner.size()) &&
+             (segmentation.inhibited.empty() || segmentation.inhibited.size() == character.bones.size()),
+         "the segmentation's pinned samples or inhibited bones are of another design; segment again");
   demand(std::isfinite(options.largest_step_rad) && options.largest_step_rad > 0 && options.largest_step_rad <= 1,
          "largest_step_rad must be over 0 and at most 1 radian");
   demand(std::isfinite(options.tolerance_steps) && options.tolerance_steps >= 0 && options.tolerance_steps <= 2,

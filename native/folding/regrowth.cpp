@@ -30,6 +30,7 @@ class Regrowth {
   void take(std::size_t s, int bone);
   bool wave(int bone, int number);
   bool may_try(std::size_t s, int bone, int number) const;
+  bool may_take(std::size_t s, int bone) const { return design_.segmentation.may_grow(bone) || design_.segmentation.owner[s] == bone; }
   char& dead(std::size_t s, int bone) { return dead_[std::size_t(place_[s]) * bones_ + bone]; }
   char dead(std::size_t s, int bone) const { return dead_[std::size_t(place_[s]) * bones_ + bone]; }
 
@@ -69,7 +70,7 @@ void Regrowth::each_neighbour(std::size_t s, const Visit& visit) const {
 void Regrowth::take(std::size_t s, int bone) {
   owner[s] = std::int16_t(bone);
   each_neighbour(s, [&](std::size_t n) {
-    if (owner[n] >= 0) return;
+    if (owner[n] >= 0 || !may_take(n, bone)) return;
     if (reached_[n] < 0) reached_[n] = wave_;
     fringe_[bone].push_back(std::uint32_t(n));
   });
@@ -117,6 +118,7 @@ std::vector<std::size_t> Regrowth::fill() {
     if (owner[s] < 0) left.push_back(s);
   const std::vector<std::size_t> all = left;
   constexpr int kMany = 1000;
+  bool to_anyone = false;  // inhibited bones, too: only for what no other can reach
   while (!left.empty()) {
     std::vector<int> choice(left.size(), -1);
     tbb::parallel_for(std::size_t(0), left.size(), [&](std::size_t i) {
@@ -126,6 +128,7 @@ std::vector<std::size_t> Regrowth::fill() {
       each_neighbour(left[i], [&](std::size_t n) {
         const int bone = owner[n];
         if (bone < 0 || std::find(seen.begin(), seen.end(), bone) != seen.end()) return;
+        if (!to_anyone && !may_take(left[i], bone)) return;
         seen[count++] = bone;
         const int found = collisions_.hits({std::uint32_t(left[i])}, bone, kMany).front();
         if (found < least || (found == least && bone == design_.segmentation.owner[left[i]])) least = found, choice[i] = bone;
@@ -136,7 +139,8 @@ std::vector<std::size_t> Regrowth::fill() {
       if (choice[i] >= 0) owner[left[i]] = std::int16_t(choice[i]);
       else rest.push_back(left[i]);
     }
-    if (rest.size() == left.size()) throw InvalidInput("folding: the target's inside samples are not one connected piece; repair the target");
+    if (rest.size() == left.size() && to_anyone) throw InvalidInput("folding: the target's inside samples are not one connected piece; repair the target");
+    to_anyone = rest.size() == left.size();
     left = std::move(rest);
   }
   return all;

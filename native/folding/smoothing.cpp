@@ -116,7 +116,7 @@ std::vector<std::uint32_t> Smoothing::change_all() {
       const std::size_t s = inside[i];
       if (core_[s] >= 0 || !beside_another(s)) continue;
       const std::int16_t bone = wished(s, weight);
-      if (bone != owner_[s] && beside(s, bone)) wish[i] = bone;
+      if (bone != owner_[s] && beside(s, bone) && design_.segmentation.may_grow(bone)) wish[i] = bone;
     }
   });
   before_ = owner_;

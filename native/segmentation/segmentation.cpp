@@ -55,7 +55,7 @@ Segmentation grow(const Character& character, const Target& target, const Embedd
 Segmentation retiled(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding) {
   check_same_grid(segmentation, character, target);
   Segmentation result = segmentation;
-  Surfaces(target).retile(result, skeleton_on_lattice(character, target, embedding).core, 0);
+  Surfaces(target).retile(result, skeleton_of_edited(character, target, embedding, segmentation).core, 0);
   return result;
 }
 

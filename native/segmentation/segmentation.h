@@ -24,6 +24,12 @@ struct Segmentation {
                                                ///< 3 samples of margin (clipped to the grid); target units, negative inside,
                                                ///< near its interface a distance (clamped to +-4 steps). Empty for a bone without a part.
   std::vector<Eigen::Isometry3d> frames;       ///< each bone's frame in object mode, target frame
+  std::vector<char> pinned{};                  ///< a flag for each sample: the artist chose its owner (edits.h), so transfer, folding and
+                                               ///< smoothing leave it there. With its bone's core one connected piece. Empty: none
+  std::vector<char> inhibited{};               ///< a flag for each bone: its part may lose material but takes none. Empty: none
+
+  bool is_pinned(std::size_t sample) const { return !pinned.empty() && pinned[sample]; }
+  bool may_grow(int bone) const { return inhibited.empty() || !inhibited[std::size_t(bone)]; }
 };
 
 struct SegmentationOptions {

@@ -203,6 +203,23 @@ Skeleton skeleton_on_lattice(const Character& character, const Target& target, c
   return skeleton;
 }
 
+Skeleton skeleton_of_edited(const Character& character, const Target& target, const Embedding& embedding, const Segmentation& segmentation) {
+  if (!segmentation.pinned.empty() && segmentation.pinned.size() != segmentation.owner.size())
+    throw InvalidInput("the segmentation's pinned samples belong to another grid; segment again");
+  if (!segmentation.inhibited.empty() && segmentation.inhibited.size() != character.bones.size())
+    throw InvalidInput("the segmentation's inhibited bones belong to another character; segment again");
+  Skeleton skeleton = skeleton_on_lattice(character, target, embedding);
+  std::vector<char> present(character.bones.size(), 0);
+  for (std::size_t i : target.inside)
+    if (segmentation.owner[i] >= 0 && segmentation.owner[i] < int(present.size())) present[segmentation.owner[i]] = 1;
+  for (std::size_t i : target.inside) {
+    std::int16_t& core = skeleton.core[i];
+    if (core >= 0 && !present[core]) core = -1;
+    if (segmentation.is_pinned(i) && segmentation.owner[i] >= 0) core = segmentation.owner[i];
+  }
+  return skeleton;
+}
+
 double distance_to_bone(const Skeleton& skeleton, int bone, const Eigen::Vector3d& p) {
   return skeleton.shapes[bone].distance(skeleton.frames[bone].inverse() * p);
 }

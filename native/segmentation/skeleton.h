@@ -7,6 +7,7 @@
 
 #include "character/character.h"
 #include "embedding/embedding.h"
+#include "segmentation/segmentation.h"
 #include "target/target.h"
 
 namespace transformables::segmentation_inner {
@@ -20,6 +21,10 @@ struct Skeleton {
 
 /// @throws InvalidInput when sizes do not fit; Infeasible when a bone has no room in the target
 Skeleton skeleton_on_lattice(const Character& character, const Target& target, const Embedding& embedding);
+
+/// The same for a segmentation that was edited: bones without a part have no core, and pinned samples count as their owner's core.
+/// @throws as above, and InvalidInput when `pinned` or `inhibited` has another size than the samples or bones
+Skeleton skeleton_of_edited(const Character& character, const Target& target, const Embedding& embedding, const Segmentation& segmentation);
 
 /// Signed distance (target units) from a point in the target frame to a bone's skeletal shape.
 double distance_to_bone(const Skeleton& skeleton, int bone, const Eigen::Vector3d& p);

@@ -242,12 +242,14 @@ std::vector<char> Surfaces::changed(const Segmentation& segmentation) const {
 
 void Surfaces::retile(Segmentation& segmentation, const std::vector<std::int16_t>& core, int threads) const {
   const int bones = int(segmentation.phi.size());
-  make_tiling(target_, core, bones, segmentation.owner);
+  std::vector<char> growing;
+  for (int b = 0; b < bones && !segmentation.inhibited.empty(); ++b) growing.push_back(segmentation.may_grow(b));
+  make_tiling(target_, core, bones, segmentation.owner, growing);
   const std::vector<char> where = changed(segmentation);
   if (std::find(where.begin(), where.end(), 1) == where.end()) return;
   settle(segmentation, {}, threads);
   polish(segmentation.owner, segmentation.phi, core, where, threads);
-  make_tiling(target_, core, bones, segmentation.owner);
+  make_tiling(target_, core, bones, segmentation.owner, growing);
   settle(segmentation, {}, threads);
 }
 

@@ -53,18 +53,26 @@ std::vector<Piece> cut_off(std::vector<Piece> pieces, int bones) {
   return rest;
 }
 
-// The bone that a fragment touches along most faces, -1 when it touches none.
-std::int16_t most_touched(const GridShape& shape, const Piece& piece, const std::vector<std::int16_t>& owner, std::vector<int>& faces) {
+bool may_grow(const std::vector<char>& growing, int bone) { return growing.empty() || growing[std::size_t(bone)]; }
+
+// The bone that a fragment touches along most faces, one that may grow if there is any; -1 when it touches none.
+std::int16_t most_touched(const GridShape& shape, const Piece& piece, const std::vector<std::int16_t>& owner,
+                          const std::vector<char>& growing, std::vector<int>& faces) {
   std::fill(faces.begin(), faces.end(), 0);
   for (std::size_t i : piece.samples)
     for_neighbours(shape, i, [&](std::size_t n) {
       if (owner[n] >= 0) ++faces[owner[n]];
     });
+  bool any = false;
+  for (std::size_t b = 0; b < faces.size(); ++b) any |= faces[b] > 0 && may_grow(growing, int(b));
+  for (std::size_t b = 0; any && b < faces.size(); ++b)
+    if (!may_grow(growing, int(b))) faces[b] = 0;
   const auto most = std::max_element(faces.begin(), faces.end());
   return *most > 0 ? std::int16_t(most - faces.begin()) : std::int16_t(-1);
 }
 
-void give_away(const GridShape& shape, std::vector<Piece> fragments, int bones, std::vector<std::int16_t>& owner) {
+void give_away(const GridShape& shape, std::vector<Piece> fragments, int bones, const std::vector<char>& growing,
+               std::vector<std::int16_t>& owner) {
   for (const Piece& piece : fragments)
     for (std::size_t i : piece.samples) owner[i] = -1;
   std::vector<int> faces(bones);
@@ -72,7 +80,7 @@ void give_away(const GridShape& shape, std::vector<Piece> fragments, int bones, 
     moved = false;
     for (Piece& piece : fragments) {
       if (piece.samples.empty()) continue;
-      const std::int16_t bone = most_touched(shape, piece, owner, faces);
+      const std::int16_t bone = most_touched(shape, piece, owner, growing, faces);
       if (bone < 0) continue;
       for (std::size_t i : piece.samples) owner[i] = bone;
       piece.samples.clear();
@@ -104,7 +112,7 @@ double arrival(const GridShape& shape, const std::vector<double>& time, std::siz
 }
 
 // Fast marching from the owned samples; each new one takes the bone of its earliest face neighbour, so pieces stay connected.
-void fill(const Target& target, const std::vector<char>& inside, std::vector<std::int16_t>& owner) {
+void fill(const Target& target, const std::vector<char>& inside, const std::vector<char>& growing, std::vector<std::int16_t>& owner) {
   const GridShape& shape = target.distance.shape;
   std::vector<double> time(owner.size(), std::numeric_limits<double>::infinity());
   std::vector<double> offer = time;
@@ -118,9 +126,9 @@ void fill(const Target& target, const std::vector<char>& inside, std::vector<std
     });
   };
   for (std::size_t i : target.inside)
-    if (owner[i] >= 0) time[i] = 0;
+    if (owner[i] >= 0 && may_grow(growing, owner[i])) time[i] = 0;
   for (std::size_t i : target.inside)
-    if (owner[i] >= 0) reach(i);
+    if (time[i] == 0) reach(i);
   while (!open.empty()) {
     const auto [t, i] = open.top();
     open.pop();
@@ -138,7 +146,8 @@ void fill(const Target& target, const std::vector<char>& inside, std::vector<std
 
 }  // namespace
 
-void make_tiling(const Target& target, const std::vector<std::int16_t>& core, int bones, std::vector<std::int16_t>& owner) {
+void make_tiling(const Target& target, const std::vector<std::int16_t>& core, int bones, std::vector<std::int16_t>& owner,
+                 const std::vector<char>& growing) {
   const std::vector<char> inside = inside_flags(target);
   std::vector<char> present(bones, 0);
   for (std::size_t i = 0; i < owner.size(); ++i) {
@@ -150,8 +159,10 @@ void make_tiling(const Target& target, const std::vector<std::int16_t>& core, in
     throw InvalidInput("no bone owns anything of the target; give at least one sample to a bone");
   for (std::size_t i : target.inside)
     if (core[i] >= 0 && present[core[i]]) owner[i] = core[i];
-  give_away(target.distance.shape, cut_off(pieces_of(target, core, owner), bones), bones, owner);
-  if (std::any_of(target.inside.begin(), target.inside.end(), [&](std::size_t i) { return owner[i] < 0; })) fill(target, inside, owner);
+  give_away(target.distance.shape, cut_off(pieces_of(target, core, owner), bones), bones, growing, owner);
+  const auto unowned = [&] { return std::any_of(target.inside.begin(), target.inside.end(), [&](std::size_t i) { return owner[i] < 0; }); };
+  if (unowned()) fill(target, inside, growing, owner);
+  if (!growing.empty() && unowned()) fill(target, inside, {}, owner);
   for (std::size_t i : target.inside)
     if (owner[i] < 0) throw InvalidInput("the inside of the target is not one connected piece; use its largest piece only");
 }

@@ -34,7 +34,7 @@ class Transfer {
  public:
   Transfer(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
            const TransferOptions& options)
-      : result_(segmentation), target_(target), skeleton_(skeleton_on_lattice(character, target, embedding)), surfaces_(target),
+      : result_(segmentation), target_(target), skeleton_(skeleton_of_edited(character, target, embedding, segmentation)), surfaces_(target),
         options_(options), touched_(character.bones.size(), 1), bones_(int(character.bones.size())), voxel_(std::pow(segmentation.shape.step, 3)) {}
 
   double overlap(const Joint& joint) const { return mean(joint, collisions(result_, target_, joint).total); }
@@ -47,6 +47,7 @@ class Transfer {
     for (bool child_to_parent : {true, false}) {
       if (options_.direction == TransferDirection::kChildToParent && !child_to_parent) continue;
       if (options_.direction == TransferDirection::kParentToChild && child_to_parent) continue;
+      if (!result_.may_grow(child_to_parent ? joint.parent : joint.child)) continue;
       for (bool exact : {false, true}) {
         if (!wanted(joint, exact)) continue;
         Candidate candidate = make(joint, found, child_to_parent, exact);

@@ -155,3 +155,48 @@ def test_a_design_of_one_part_is_no_design(native, monkeypatch, left):
     monkeypatch.setattr(native, "finish", nearly_nothing)
     with pytest.raises(UserError, match=f"of 2 parts only {left} would be left"):
         pipeline.run(*two_bones(), Ears())
+
+
+def test_edits_are_replayed_after_transfer_and_transfer_heeds_them(native):
+    message, arrays = two_bones(edits=[{"kind": "inhibit", "bone": "arm", "thickness_mm": 15.0},
+                                       {"kind": "keep_whole", "name": "wheel", "faces": "edit_1_faces"}, {"kind": "remove", "bone": "nobody"}])
+    arrays["edit_1_faces"] = ("d", bytes(72))
+    ears = Ears()
+    result, _ = pipeline.run(message, arrays, ears)
+    names = [call if isinstance(call, str) else call[0] for call in native.calls]
+    assert names == ALL[:6] + ["edited", "transfer"] + ALL[6:]
+    arm, wheel, nobody = native.calls[6][1]
+    assert arm.reach == pytest.approx(0.05) and arm.bone == "arm"  # 15 of 150 mm, which are 0.5 target units
+    assert wheel.painted == bytes(72) and wheel.name == "wheel"
+    assert "edit remove was told of" in result["warnings"] and "edit remove was told of" in ears.warnings
+
+
+def test_an_edit_of_a_bone_that_is_fixed_to_another_goes_to_the_body_that_holds_it(native, monkeypatch):
+    made = native.make_character
+    def joined(**given):
+        character = made(**given)
+        character.names, character.members = character.names[:1], [[0, 1]]
+        character.parents, character.hinges, character.angle_count, character.first_angle = [-1], [[]], 0, [0]
+        return character
+    monkeypatch.setattr(native, "make_character", joined)
+    monkeypatch.setattr(native, "seams", lambda *_: [])  # a single part meets no other
+    message, arrays = two_bones(until="segmentation", edits=[{"kind": "remove", "bone": "arm"}])
+    pipeline.run(message, arrays, Ears())
+    edits, = [call[1] for call in native.calls if not isinstance(call, str)]
+    assert edits[0].bone == message["character"]["names"][0]
+
+
+def test_seams_are_traced_as_edits_find_them_and_named_by_their_bones(native, monkeypatch):
+    order = []
+    for name in ("edited", "seams", "transfer"):
+        made = getattr(native, name)
+        monkeypatch.setattr(native, name, lambda *a, _name=name, _made=made, **k: (order.append(_name), _made(*a, **k))[1])
+    result, arrays = pipeline.run(*two_bones(until="segmentation"), Ears())
+    assert order == ["transfer", "seams"]
+    message, more = two_bones(until="segmentation", edits=[{"kind": "move_seam", "bone": "arm", "other": "root", "from": "f", "to": "t"}])
+    more.update(f=("d", bytes(24)), t=("d", bytes(24)))
+    order.clear()
+    pipeline.run(message, more, Ears())
+    assert order == ["transfer", "edited", "seams", "transfer"]
+    seam, = result["seams"]
+    assert seam["bones"] == message["character"]["names"] and seam["closed"] and len(arrays[seam["points"]][1]) == 120 * 8

@@ -17,7 +17,8 @@ import pytest
 
 ADDON = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))), "addon")
 OPERATORS = ("design", "cancel", "check_character", "check_target", "embed", "segment", "plan_fold", "finish", "hide_pose",
-             "explore", "continue_pose", "pose_guide", "list_bones", "use_solution", "delete_solution")
+             "explore", "continue_pose", "pose_guide", "list_bones", "use_solution", "delete_solution",
+             "add_edit", "remove_edit", "move_seam")
 PANELS = ("main", "character", "target", "embedding", "segmentation", "folding", "finishing")
 
 if ADDON not in sys.path:
@@ -104,7 +105,7 @@ def test_every_operator_and_setting_has_a_tooltip(enabled):
 
 
 def test_slow_operators_are_one_undo_step_and_never_run_again_by_the_redo_panel(enabled):
-    for name in ("design", "embed", "segment", "plan_fold", "finish"):
+    for name in ("design", "embed", "segment", "plan_fold", "finish", "move_seam"):
         assert getattr(bpy.types, f"TRANSFORMABLES_OT_{name}").bl_options == {"UNDO"}
 
 

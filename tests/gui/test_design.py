@@ -277,6 +277,90 @@ def undo_while_it_runs_does_no_harm():
     assert "rig" in roles()
 
 
+def _look_at_egg_from_above():
+    from mathutils import Quaternion, Vector
+    space = driver.view().spaces.active
+    space.region_3d.view_perspective = "ORTHO"
+    space.region_3d.view_rotation = Quaternion((1, 0, 0, 0))
+    space.region_3d.view_location = Vector((4, 0, 0))
+    space.region_3d.view_distance = 6
+    yield 2.0
+
+
+def _on_screen(point):
+    """Where a point of the egg's own space is in the window."""
+    from bpy_extras import view3d_utils
+    from mathutils import Vector
+    region = next(r for r in driver.view().regions if r.type == "WINDOW")
+    place = view3d_utils.location_3d_to_region_2d(region, driver.view().spaces.active.region_3d, bpy.data.objects["Egg"].matrix_world @ Vector(point))
+    return region.x + place.x, region.y + place.y
+
+
+def _mouse(kind, value, x, y):
+    driver.window().event_simulate(type=kind, value=value, x=int(x), y=int(y))
+    yield driver.SETTLE
+
+
+def _drag(x, y, by, key=None):
+    """Presses, moves by some pixels with a turn of the wheel on the way, and releases or presses a key."""
+    with bpy.context.temp_override(window=driver.window(), area=driver.view(), region=driver.sidebar()):
+        assert bpy.ops.transformables.move_seam("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
+    yield from driver.move_to(x, y)
+    yield from _mouse("LEFTMOUSE", "PRESS", x, y)
+    for step in range(1, 5):
+        yield from driver.move_to(x, y + by * step / 4)
+        if step == 2:
+            yield from _mouse("WHEELUPMOUSE", "PRESS", x, y + by / 2)
+    yield from picture("drag")
+    yield from _mouse(*(key, "PRESS") if key else ("LEFTMOUSE", "RELEASE"), x, y + by)
+    yield 1.0
+
+
+def dragging_a_seam_keeps_it_where_it_is_released_and_esc_and_ctrl_z_take_it_back():
+    yield from make_scene()
+    with bpy.context.temp_override(window=driver.window(), area=driver.view()):
+        bpy.ops.transformables.embed()
+        bpy.ops.transformables.segment()
+        bpy.ops.ed.undo_push(message="Parts")
+    yield from _look_at_egg_from_above()
+    stage = bpy.context.scene.transformables.segmentation_stage
+    import json
+    before, seams = stage.seams, json.loads(stage.seams)
+    top = max((p for s in seams if len(s["points"]) > 12 for p in s["points"]), key=lambda p: p[2])
+    x, y = _on_screen(top)
+    times = _timed()
+    yield from _drag(x, y, 40, key="ESC")
+    assert stage.seams == before and len(stage.edits) == 0
+    yield from _drag(x, y, 40)
+    stage = bpy.context.scene.transformables.segmentation_stage
+    edit, = stage.edits
+    assert edit.kind == "move_seam" and stage.seams != before
+    places = [_on_screen(p) for s in json.loads(stage.seams) for p in s["points"]]
+    assert min((px - x) ** 2 + (py - y - 40) ** 2 for px, py in places) < 8 ** 2, "the seam is where the mouse was released"
+    print(f"a drag's updates take {1000 * max(times):.1f} ms at most ({len(times)} of them)", flush=True)
+    yield from press("Z", ctrl=True)
+    yield 1.0
+    stage = bpy.context.scene.transformables.segmentation_stage
+    assert len(stage.edits) == 0 and stage.seams == before
+    yield from press("Z", ctrl=True, shift=True)
+    yield 1.0
+    assert len(bpy.context.scene.transformables.segmentation_stage.edits) == 1
+
+
+def _timed():
+    """Seconds of computing of every update of a drag from now on, redraws apart."""
+    import time
+    from transformables.stages.segmentation.seam_operator import TRANSFORMABLES_OT_move_seam as operator
+    times, follow = [], operator._follow
+
+    def timed(self, context, event):
+        began = time.perf_counter()
+        follow(self, context, event)
+        times.append(time.perf_counter() - began)
+    operator._follow = timed
+    return times
+
+
 SCENARIOS = (
     clicking_design_gives_the_result_and_ctrl_z_takes_it_away_in_one_step,
     esc_cancels_and_leaves_the_scene_as_it_was,
@@ -287,6 +371,7 @@ SCENARIOS = (
     a_worker_that_dies_is_an_error_in_words_that_stays_in_the_panel,
     the_stages_run_one_by_one_each_from_the_stored_result,
     undo_while_it_runs_does_no_harm,
+    dragging_a_seam_keeps_it_where_it_is_released_and_esc_and_ctrl_z_take_it_back,
 )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from ..core import kinematics, report, schedule
 from ..core.options import UserError
 from . import animation, armature, mesh, rig
+from . import edits as edit_list
 
 VERSION = "0.1.0"
 REMESHED_WITHIN = 0.003  # target units from the target's surface: a re-meshed part's face is an outer one
@@ -18,11 +19,11 @@ SMALLEST_SIDE = 1e-3  # Blender units: it deletes bones that are shorter than a 
 
 
 def gather(character_obj, target_obj, options, until="finishing", embedding=None, path=None, start=None, steering=None, explore=None,
-           context=None):
+           context=None, edits=()):
     """A job's message and arrays (core/pipeline.py) from two objects; nothing in the scene changes.
 
     `embedding` and `path` as an earlier result gave them are not searched again; `start` is a folded pose to search from;
-    `steering` and `explore` as core/pipeline.py has them.
+    `steering` and `explore` as core/pipeline.py has them; `edits` are the artist's edits of the segmentation, as bridge/edits.py gathers them.
     Raises UserError. A message holds names and numbers only, no reference to Blender's data.
     """
     context = context or bpy.context
@@ -48,6 +49,8 @@ def gather(character_obj, target_obj, options, until="finishing", embedding=None
     arrays = {"heads": ("d", character.heads.tobytes()), "tails": ("d", character.tails.tobytes()),
               "axes": ("d", character.axes.tobytes()), "rotation": ("d", character.rotation.tobytes()),
               "vertices": ("d", vertices.tobytes()), "triangles": ("i", triangles.tobytes())}
+    message["edits"], painted = edit_list.gather(edits, context, target_obj)
+    arrays.update(painted)
     return message, arrays
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from ..core.options import UserError
 
 INTERFACE_MATERIAL = "Transformables interface"
+IN_GROUP = 0.5  # weight from which a vertex counts as painted
 
 
 def read_triangles(context, obj):
@@ -20,6 +21,20 @@ def read_triangles(context, obj):
 def read_skin(context, obj):
     """What an object's surface shows, triangle by triangle: a Skin."""
     return _with_visible(context, obj, lambda obj, data: Skin(obj, data, *_triangles_of(obj, data)))
+
+
+def read_group(context, obj, group):
+    """Corners (float64, n x 3 x 3, world space) of the triangles whose every vertex is in a vertex group with at least half its weight,
+    on the object as it shows. None when it has no such group."""
+    index = obj.vertex_groups.find(group)
+    return None if index < 0 else _with_visible(context, obj, lambda obj, data: _corners_in(obj, data, index))
+
+
+def _corners_in(obj, data, index):
+    inside = np.fromiter((any(g.group == index and g.weight >= IN_GROUP for g in v.groups) for v in data.vertices), bool, len(data.vertices))
+    vertices, triangles, _ = _triangles_of(obj, data)
+    corners = vertices[triangles[inside[triangles].all(axis=1)]]
+    return corners[np.isfinite(corners).all(axis=(1, 2))]
 
 
 def _with_visible(context, obj, read):

@@ -4,8 +4,10 @@
 A job is a dict: `options` (DesignOptions.as_dict()), `character` {names, parents, hinges}, `until` (one of UNTIL),
 `stored` {embedding, path, start}, as an earlier result gave them: an embedding or a path that is there is not searched again,
 `start` is a pose to search from; `steering` (core/steering.py) what the search leaves alone; `explore` {count, least_difference}: search
-for several poses (the result has them as `solutions`), and go on with the best; `names`, `target` and `warnings` go into the result. Arrays: heads, tails, axes, vertices,
-rotation (float64), triangles (int32).
+for several poses (the result has them as `solutions`), and go on with the best; `names`, `target` and `warnings` go into the result.
+`edits` (optional) are the artist's edits of the segmentation, in order: {kind ("remove", "inhibit", "keep_whole", "assign", "move_seam"), bone and
+other (armature bones), name (for messages), thickness_mm, faces, from, to (names of arrays: corners of painted triangles, n x 9, places of a
+seam's points, n x 3, world units)}. Arrays: heads, tails, axes, vertices, rotation (float64), triangles (int32).
 """
 import importlib
 import time
@@ -48,7 +50,7 @@ class _Run:
         self.job = job
         self.seconds, self.warnings = {}, []
         self.path = self.parts = self.segmentation = self.certificate = None
-        self.part_arrays, self.solutions = {}, []
+        self.part_arrays, self.solutions, self.seams, self.seam_arrays = {}, [], [], {}
 
     def run(self):
         began = time.perf_counter()
@@ -60,7 +62,7 @@ class _Run:
         if self.until in ("segmentation", "folding"):
             self._stage("preview", self._preview)
         self.seconds["total"] = time.perf_counter() - began
-        return self._result(), {**self._echo(), **self.part_arrays}
+        return self._result(), {**self._echo(), **self.part_arrays, **self.seam_arrays}
 
     def _stage(self, name, work):
         self._go_on(name, 0.0, "")
@@ -150,7 +152,42 @@ class _Run:
         grown = self.tn.grow(self.character, self.target, self.embedding, threads=self.options.threads,
                              progress=self._progress("segmentation", 0.0, 0.6))
         self.segmentation = self.tn.transfer(grown, self.character, self.target, self.embedding, threads=self.options.threads,
-                                             progress=self._progress("segmentation", 0.6, 1.0))
+                                             progress=self._progress("segmentation", 0.6, 0.9))
+        if self.job.get("edits"):
+            self._edit()
+        else:
+            self._trace_seams()
+
+    def _trace_seams(self):
+        """Where parts meet on the target's surface, as edits find them when they are replayed: before folding has its say."""
+        for seam in self.tn.seams(self.segmentation, self.target):
+            name = f"seam_{len(self.seams)}_points"
+            self.seams.append({"bones": [self.character.names[seam[key]] for key in ("bone_a", "bone_b")], "closed": seam["closed"], "points": name})
+            self.seam_arrays[name] = ("d", seam["points"])
+
+    def _edit(self):
+        """The artist's edits, and what parts then need to turn at their joints: transfer leaves alone what an edit has decided."""
+        rooms = (self.character, self.target, self.embedding)
+        edits = [self._native_edit(edit) for edit in self.job["edits"]]
+        self.segmentation, report = self.tn.edited(self.segmentation, *rooms, edits, threads=self.options.threads)
+        self._warn(report)
+        self._trace_seams()
+        self.segmentation = self.tn.transfer(self.segmentation, *rooms, threads=self.options.threads,
+                                             progress=self._progress("segmentation", 0.9, 1.0))
+
+    def _native_edit(self, edit):
+        painted, start, end = (self._bytes(edit[key]) if key in edit else b"" for key in ("faces", "from", "to"))
+        return self.tn.make_edit(self.target, kind=edit["kind"], bone=self._body_of(edit.get("bone", "")),
+                                 other=self._body_of(edit.get("other", "")), name=edit.get("name", ""),
+                                 reach=self.options.target_units(edit.get("thickness_mm", 0.0)),
+                                 painted=painted, from_points=start, to_points=end)
+
+    def _body_of(self, bone):
+        """The body that an armature bone is part of: bones that are fixed to their parents have no part of their own."""
+        for name, members in zip(self.character.names, self.character.members):
+            if bone in (self.armature["names"][member] for member in members):
+                return name
+        return bone
 
     def _folding(self):
         rooms = (self.segmentation, self.character, self.target, self.embedding)
@@ -231,8 +268,8 @@ class _Run:
             "names": self.job.get("names", {}),
             "target": {**self.job.get("target", {}), "scale": target.scale, "centre": list(target.centre), "volume": target.volume,
                        "grid": list(target.grid), "mirror_axis": target.mirror_axis},
-            "embedding": self.stored.get("embedding") or self._solution(self.embedding),
-            "solutions": self.solutions, "path": self._path_result(), "finishing": self._parts_result()}
+            "embedding": self.stored.get("embedding") or self._solution(self.embedding), "solutions": self.solutions,
+            "path": self._path_result(), "seams": self.seams, "finishing": self._parts_result()}
 
     def _path_result(self):
         if self.path is None:

@@ -15,18 +15,20 @@ def unregister_settings():
 
 
 def register_jobs():
-    from . import handlers, overlays
+    from . import handlers, overlays, seam_overlay
 
     overlays.register()
+    seam_overlay.register()
     handlers.register()
 
 
 def unregister_jobs():
     """Ends a running job first: whatever follows may take away what it needs."""
-    from . import handlers, overlays, session, thumbnail
+    from . import handlers, overlays, seam_overlay, session, thumbnail
 
     session.end()
     session.forget()
     handlers.unregister()
+    seam_overlay.unregister()
     overlays.unregister()
     thumbnail.unregister()

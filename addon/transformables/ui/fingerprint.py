@@ -12,7 +12,8 @@ import numpy as np
 
 import bpy
 
-from ..bridge.mesh import read_triangles
+from ..bridge.edits import PAINTED
+from ..bridge.mesh import IN_GROUP, read_triangles
 from . import settings, steering
 
 _LOCKS = ("lock_ik_x", "lock_ik_y", "lock_ik_z", "use_ik_limit_x", "use_ik_limit_y", "use_ik_limit_z",
@@ -57,6 +58,22 @@ def _mesh(obj):
     return [hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in (vertices.astype(np.float32), triangles)]
 
 
+def _edits(scene, target, thorough):
+    """The edits that are switched on; `thorough` also reads what is painted."""
+    rows = []
+    for edit in settings.edits(scene):
+        rows.append([edit.kind, edit.bone, edit.other, edit.group, round(edit.thickness_mm, 4), edit.points])
+        if thorough and edit.kind in PAINTED and target is not None:
+            rows.append(hashlib.sha256(_painted(target, edit.group).tobytes()).hexdigest())
+    return rows
+
+
+def _painted(obj, group):
+    """Which vertices are painted, before modifiers: where the object stands does not matter."""
+    index = obj.vertex_groups.find(group)
+    return np.fromiter((any(g.group == index and g.weight >= IN_GROUP for g in v.groups) for v in obj.data.vertices), bool, len(obj.data.vertices))
+
+
 def _inputs(scene, stage, thorough):
     s = scene.transformables
     character, target = settings.picked(scene, "character"), settings.picked(scene, "target")
@@ -68,6 +85,7 @@ def _inputs(scene, stage, thorough):
     if stage in ("embedding", "segmentation", "folding"):
         rows += [s.embedding_stage.seed, s.embedding_stage.symmetry, s.embedding_stage.proportions, steering.inputs(scene)]
     if stage in ("segmentation", "folding"):
+        rows += _edits(scene, target, thorough)
         rows += [round(s.target_stage.size_mm, 4), round(s.finishing_stage.clearance_mm, 4)]
     return rows
 

@@ -112,7 +112,8 @@ class JobOperator:
             character, target = settings.picked(scene, "character"), settings.picked(scene, "target")
             _leave_edit_mode(context)
             stored, more = results.stored(scene, self.uses_stored), self.more_fields(context, character)
-            message, arrays = design.gather(character, target, options_of(scene), until=self.until, steering=steering.of(scene), **stored, **more)
+            message, arrays = design.gather(character, target, options_of(scene), until=self.until, steering=steering.of(scene),
+                                            edits=settings.edits(scene), **stored, **more)
             job = Job(message, arrays)
             job.start()
         except UserError as error:

@@ -52,6 +52,11 @@ def picked(scene, which):
     return found[0] if len(found) == 1 else None
 
 
+def edits(scene):
+    """The artist's edits of the segmentation that are switched on."""
+    return [edit for edit in scene.transformables.segmentation_stage.edits if edit.enabled]
+
+
 def missing(scene):
     """In words, what has to be picked before anything can run; empty when nothing."""
     if picked(scene, "character") is None:

@@ -134,6 +134,22 @@ def transfer(segmentation, character, target, embedding, *, ranges="straight", t
     return segmentation
 
 
+def make_edit(target, *, kind, bone="", other="", name="", reach=0.0, painted=b"", from_points=b"", to_points=b""):
+    return SimpleNamespace(kind=kind, bone=bone, other=other, name=name, reach=reach, painted=painted, from_points=from_points, to_points=to_points)
+
+
+def seams(segmentation, target):
+    """One, around the middle of the box that tests use."""
+    corners = ((-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1))
+    points = [tuple(a + (b - a) * k / 10 for a, b in zip(p, q)) for p, q in zip(corners, corners[1:] + corners[:1]) for k in range(10)]
+    return [{"bone_a": 0, "bone_b": 1, "closed": True, "points": struct.pack("<120d", *(x for p in points for x in p))}]
+
+
+def edited(segmentation, character, target, embedding, edits, *, threads=0):
+    calls.append(("edited", edits))
+    return segmentation, [f"edit {edit.kind} was told of" for edit in edits if edit.bone == "nobody"]
+
+
 class FoldPath:
     def __init__(self, *, moves):
         self.moves, self.overlap_volume, self.collisions = moves, 0.0, []

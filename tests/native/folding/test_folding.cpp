@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -401,6 +402,50 @@ TEST(TransferAlong, KeepsEverySkeletonWithItsBone) {
 }
 
 // Teeth of one sample on every third sample of the interface, and an island.
+// The bone that gives most away in a transfer along the greedy path, and the one that takes it.
+std::pair<int, int> giver_and_taker(const Made& m, const Segmentation& after) {
+  std::map<std::pair<int, int>, int> moved;
+  for (std::size_t s : m.target.inside)
+    if (after.owner[s] != m.segmentation.owner[s]) ++moved[{m.segmentation.owner[s], after.owner[s]}];
+  EXPECT_FALSE(moved.empty()) << "nothing is transferred here at all";
+  if (moved.empty()) return {0, 1};
+  return std::max_element(moved.begin(), moved.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+}
+
+TEST(TransferAlong, LeavesWhatIsPinnedWithItsBone) {
+  Made m = slab_in_the_way();
+  const FoldPath path = greedy(m);
+  const auto [giver, taker] = giver_and_taker(m, transfer_along(m.segmentation, m.character, m.target, m.embedding, path, {}, {}));
+  m.segmentation.pinned.assign(m.segmentation.owner.size(), 0);
+  for (std::size_t s : m.target.inside) m.segmentation.pinned[s] = m.segmentation.owner[s] == giver;
+  const Segmentation after = transfer_along(m.segmentation, m.character, m.target, m.embedding, path, {}, {});
+  for (std::size_t s : m.target.inside)
+    if (m.segmentation.pinned[s]) {
+      ASSERT_EQ(after.owner[s], giver);
+    }
+  const Folding folding = fold(m.segmentation, m.character, m.target, m.embedding, {}, {});
+  for (std::size_t s : m.target.inside)
+    if (m.segmentation.pinned[s]) {
+      ASSERT_EQ(folding.segmentation.owner[s], giver);
+    }
+}
+
+TEST(TransferAlong, GivesNothingToABoneThatIsInhibited) {
+  Made m = two_boxes(-kQuarter);
+  const FoldPath path = greedy(m);
+  const auto [giver, taker] = giver_and_taker(m, transfer_along(m.segmentation, m.character, m.target, m.embedding, path, {}, {}));
+  m.segmentation.inhibited.assign(m.character.bones.size(), 0);
+  m.segmentation.inhibited[std::size_t(taker)] = 1;
+  const Segmentation after = transfer_along(m.segmentation, m.character, m.target, m.embedding, path, {}, {});
+  std::size_t gained = 0, had = 0;
+  for (std::size_t s : m.target.inside) {
+    had += m.segmentation.owner[s] == taker;
+    gained += after.owner[s] == taker && m.segmentation.owner[s] != taker;
+  }
+  EXPECT_GT(had, 100u);
+  EXPECT_LT(double(gained), 0.02 * double(had)) << "rounding of the interfaces apart";
+}
+
 std::vector<std::int16_t> roughened(const Made& m) {
   std::vector<std::int16_t> owner = m.segmentation.owner;
   const GridShape& g = m.segmentation.shape;
@@ -509,6 +554,12 @@ TEST(Errors, MismatchedInputsAreNamed) {
   fails(m);
   m = good;
   m.embedding.pose.angles[0] = std::nan("");
+  fails(m);
+  m = good;
+  m.segmentation.pinned.assign(3, 0);
+  fails(m);
+  m = good;
+  m.segmentation.inhibited.assign(9, 0);
   fails(m);
   for (const double step : {0.0, -1.0, 5.0}) {
     FoldingOptions options;

@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The artist's wishes for the segmentation: the list in the panel, what is read from the target, and what the parts become."""
+import json
+
+import bpy
+from mathutils import Vector
+from mathutils.bvhtree import BVHTree
+import numpy as np
+import pytest
+
+from test_operators import _last, scene, stand_in  # noqa: F401  (fixtures)
+
+
+def _wish(kind, bone="", group="", **more):
+    stage = bpy.context.scene.transformables.segmentation_stage
+    assert bpy.ops.transformables.add_edit(kind=kind) == {"FINISHED"}
+    edit = stage.edits[stage.active_edit]
+    edit.bone, edit.group = bone, group
+    for name, value in more.items():
+        setattr(edit, name, value)
+    return edit
+
+
+def _paint(obj, name, wanted):
+    """A vertex group of the vertices for which wanted(co) holds."""
+    group = obj.vertex_groups.new(name=name)
+    group.add([v.index for v in obj.data.vertices if wanted(v.co)], 1.0, "REPLACE")
+    return group
+
+
+def _gathered():
+    from transformables.bridge import edits
+    from transformables.ui import settings
+    return edits.gather(settings.edits(bpy.context.scene), bpy.context, bpy.data.objects["Box"])
+
+
+def test_wishes_are_added_with_what_is_active_and_removed(scene):
+    stage = scene.transformables.segmentation_stage
+    snake, box = bpy.data.objects["Snake"], bpy.data.objects["Box"]
+    snake.data.bones.active = snake.data.bones["link1"]
+    _paint(box, "lid", lambda co: co.z > 0)
+    for kind in ("inhibit", "remove", "keep_whole", "assign"):
+        bpy.ops.transformables.add_edit(kind=kind)
+    assert [(e.kind, e.bone, e.group) for e in stage.edits] == [
+        ("inhibit", "link1", ""), ("remove", "link1", ""), ("keep_whole", "", "lid"), ("assign", "link1", "lid")]
+    stage.active_edit = 1
+    bpy.ops.transformables.remove_edit()
+    assert [e.kind for e in stage.edits] == ["inhibit", "keep_whole", "assign"] and stage.active_edit == 1
+    for _ in range(3):
+        bpy.ops.transformables.remove_edit()
+    assert len(stage.edits) == 0 and not bpy.ops.transformables.remove_edit.poll()
+
+
+def test_a_wish_is_undone_and_kept_in_the_file(scene, tmp_path):
+    bpy.ops.ed.undo_push(message="before")
+    _wish("remove", "link1")
+    bpy.ops.ed.undo_push(message="a wish")
+    bpy.ops.ed.undo()
+    assert len(bpy.context.scene.transformables.segmentation_stage.edits) == 0
+    bpy.ops.ed.redo()
+    edit, = bpy.context.scene.transformables.segmentation_stage.edits
+    assert (edit.kind, edit.bone) == ("remove", "link1")
+    path = str(tmp_path / "wish.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    edit, = bpy.context.scene.transformables.segmentation_stage.edits
+    assert (edit.kind, edit.bone) == ("remove", "link1")
+
+
+def test_painted_faces_are_read_as_the_target_shows_with_modifiers_and_place(scene):
+    box = bpy.data.objects["Box"]
+    _paint(box, "lid", lambda co: co.z > 0)
+    box.location, box.scale = (5, 6, 7), (2, 2, 2)
+    modifier = box.modifiers.new("finer", "SUBSURF")
+    modifier.subdivision_type, modifier.levels = "SIMPLE", 2
+    _wish("keep_whole", group="lid")
+    rows, arrays = _gathered()
+    corners = np.frombuffer(arrays[rows[0]["faces"]][1]).reshape(-1, 3, 3)
+    assert rows[0]["name"] == "lid" and len(corners) >= 32  # 4 x 4 faces of two triangles
+    top = corners[np.isclose(corners[:, :, 2], 9).all(axis=1)]
+    sides = np.linalg.norm(np.cross(top[:, 1] - top[:, 0], top[:, 2] - top[:, 0]), axis=1) / 2
+    assert sides.sum() == pytest.approx(4 * 8)
+    assert corners[:, :, 2].min() > 7 - 1e-5  # never the lower half
+
+
+def test_a_group_that_is_gone_gives_no_faces_and_an_empty_choice_is_refused_in_words(scene):
+    _wish("keep_whole", group="nothing")
+    rows, arrays = _gathered()
+    assert arrays[rows[0]["faces"]][1] == b""
+    _wish("assign", bone="", group="nothing")
+    with pytest.raises(RuntimeError, match="names no bone"):
+        bpy.ops.transformables.segment()
+    assert "names no bone" in _last().error
+
+
+def test_a_wish_that_is_switched_off_is_not_sent(scene):
+    _wish("remove", "link1", enabled=False)
+    assert _gathered() == ([], {})
+
+
+def test_wishes_and_what_is_painted_make_stored_parts_out_of_date(scene, stand_in):
+    from transformables.ui import fingerprint
+    box = bpy.data.objects["Box"]
+    group = _paint(box, "lid", lambda co: co.z > 0)
+    bpy.ops.transformables.segment()
+    stage = scene.transformables.segmentation_stage
+
+    def fits():
+        return fingerprint.fits(scene, "segmentation", stage.stored_for, thorough=True)
+    assert fits()
+    _wish("keep_whole", group="lid")
+    assert not fits()
+    bpy.ops.transformables.segment()
+    assert fits()
+    group.remove([box.data.vertices[0].index, box.data.vertices[1].index])
+    assert not fits()
+    stage.edits[0].enabled = False
+    bpy.ops.transformables.segment()
+    assert fits()
+    pose = scene.transformables.embedding_stage
+    assert fingerprint.fits(scene, "embedding", pose.stored_for, thorough=True), "the folded pose does not depend on wishes"
+
+
+def _shares():
+    return json.loads(bpy.context.scene.transformables.segmentation_stage.stored)
+
+
+def test_parts_become_as_wished_and_what_makes_no_sense_is_told(scene):
+    bpy.ops.transformables.embed()
+    bpy.ops.transformables.segment()
+    before = _shares()
+    assert len(before) == 3
+    victim = min(before, key=before.get)
+    _wish("inhibit", victim)
+    bpy.ops.transformables.segment()
+    assert _shares()[victim] < 0.7 * before[victim]
+    assert sum(_shares().values()) == pytest.approx(sum(before.values()), abs=0.03)
+    scene.transformables.segmentation_stage.edits[0].kind = "remove"
+    _wish("remove", "somebody else")
+    bpy.ops.transformables.segment()
+    assert _shares().get(victim, 0) < 0.7 * before[victim]
+    assert any("'somebody else'" in text for text in _last().warnings)
+
+
+def test_a_finished_design_holds_what_was_wished(scene):
+    """After folding, carving and the proof: the box's painted end is of the named bone, and a bone without skin is bare."""
+    box = bpy.data.objects["Box"]
+    modifier = box.modifiers.new("finer", "SUBSURF")
+    modifier.subdivision_type, modifier.levels = "SIMPLE", 3
+    _paint(box, "end", lambda co: co.y > 0)
+    bpy.ops.transformables.embed()
+    bpy.ops.transformables.segment()
+    before, shares = _owners_at_end(box), _shares()
+    holder = max(before, key=before.get)
+    named, bare = sorted((name for name in shares if name != holder), key=lambda name: before.get(name, 0))
+    _wish("assign", named, "end")
+    _wish("remove", bare)
+    assert bpy.ops.transformables.finish() == {"FINISHED"}
+    after = _owners_at_end(box)
+    assert before.get(named, 0) < 0.5 * sum(before.values()) and after[named] >= 0.95 * sum(after.values())
+    assert _shares().get(bare, 0) < 0.5 * shares[bare]
+
+
+def _stored_seams():
+    return json.loads(bpy.context.scene.transformables.segmentation_stage.seams)
+
+
+def _pull(seam_index, by, size=0.0):
+    """Pulls a seam's topmost point along Y. Gives that point."""
+    points = _stored_seams()[seam_index]["points"]
+    top = max(range(len(points)), key=lambda i: points[i][2])
+    assert bpy.ops.transformables.move_seam(seam=seam_index, point=top, displacement=(0, by, 0), size=size) == {"FINISHED"}
+    return points[top]
+
+
+def _nearest(seams, bones, point):
+    return min(np.linalg.norm(np.array(seam["points"]) - point, axis=1).min() for seam in seams if seam["bones"] == bones)
+
+
+def test_dividing_the_target_stores_its_seams_in_the_targets_own_space(scene):
+    box = bpy.data.objects["Box"]
+    box.location, box.rotation_euler, box.scale = (3, 4, 5), (0.3, 0.5, 0.7), (2, 2, 2)
+    bpy.ops.transformables.embed()
+    assert not bpy.ops.transformables.move_seam.poll()
+    bpy.ops.transformables.segment()
+    seams = _stored_seams()
+    assert seams
+    for seam in seams:
+        off = np.abs(np.array(seam["points"])) / (1, 2, 1)  # the box's half sides
+        assert np.abs(off.max(axis=1) - 1).max() < 0.1, "on the surface"
+
+
+def test_a_pulled_seam_is_a_wish_that_the_next_division_heeds(scene):
+    bpy.ops.transformables.embed()
+    bpy.ops.transformables.segment()
+    before = _stored_seams()
+    voxel = 4 / 24
+    # A seam that runs across the top, so that it can be pulled along Y there.
+    index = next(i for i, s in enumerate(before) if max(p[2] for p in s["points"]) > 0.9 and len(s["points"]) > 12)
+    bones, (x, y, z) = before[index]["bones"], _pull(index, 3 * voxel)
+    edit, = scene.transformables.segmentation_stage.edits
+    assert edit.kind == "move_seam" and [edit.bone, edit.other] == bones
+    assert _nearest(_stored_seams(), bones, (x, y + 3 * voxel, z)) < 0.2 * voxel, "it is shown where it was pulled to"
+    bpy.ops.transformables.segment()
+    assert not _last().warnings
+    assert _nearest(_stored_seams(), bones, (x, y + 3 * voxel, z)) < voxel
+    assert _nearest(before, bones, (x, y + 3 * voxel, z)) > 1.5 * voxel
+    assert bpy.ops.transformables.finish() == {"FINISHED"}
+    place = bpy.data.objects["Box"].matrix_world @ Vector((x, y + 3 * voxel, z))
+    trees = _parts_in_object_mode()
+    for bone in bones:
+        assert trees[bone].find_nearest(place)[3] < 1.5 * voxel, "folding and carving left it there"
+
+
+def test_a_seam_without_a_place_is_refused_in_words(scene):
+    edit = scene.transformables.segmentation_stage.edits.add()
+    edit.kind, edit.bone, edit.other = "move_seam", "link0", "link1"
+    with pytest.raises(RuntimeError, match="drag the seam"):
+        bpy.ops.transformables.segment()
+
+
+def test_a_pull_of_nothing_and_one_of_a_point_that_is_not_there_change_nothing(scene, stand_in):
+    bpy.ops.transformables.segment()
+    assert bpy.ops.transformables.move_seam(seam=0, point=0, displacement=(0, 0, 0)) == {"CANCELLED"}
+    with pytest.raises(RuntimeError, match="no point 7000"):
+        bpy.ops.transformables.move_seam(seam=0, point=7000, displacement=(0, 1, 0))
+    assert len(scene.transformables.segmentation_stage.edits) == 0
+
+
+def test_a_pulled_seam_follows_the_target_and_stays_on_it(scene, stand_in):
+    bpy.ops.transformables.segment()
+    box = bpy.data.objects["Box"]
+    box.scale = (3, 3, 3)
+    bpy.context.view_layer.update()
+    _pull(0, 0.2)
+    rows, arrays = _gathered()
+    points = np.frombuffer(arrays[rows[0]["to"]][1]).reshape(-1, 3)
+    assert len(points) == len(np.frombuffer(arrays[rows[0]["from"]][1]).reshape(-1, 3)) > 5
+    assert np.abs((np.abs(points) / (3, 6, 3)).max(axis=1) - 1).max() < 1e-4
+
+
+def _parts_in_object_mode():
+    """A tree of the triangles of every part, by its bone, where it stands when all is folded."""
+    scene = bpy.context.scene
+    scene.frame_set(scene.frame_end)
+    depsgraph, trees = bpy.context.evaluated_depsgraph_get(), {}
+    for obj in bpy.data.objects:
+        if obj.get("transformable_role") == "part":
+            world = obj.evaluated_get(depsgraph).matrix_world
+            trees[obj["transformable_bone"]] = BVHTree.FromPolygons([world @ v.co for v in obj.data.vertices], [p.vertices[:] for p in obj.data.polygons])
+    return trees
+
+
+def _owners_at_end(box):
+    """How many of the points spread over the painted end show each part: rays along Y, asked of the parts in object mode."""
+    trees, found = _parts_in_object_mode(), {}
+    for x in np.linspace(-0.9, 0.9, 12):
+        for z in np.linspace(-0.9, 0.9, 12):
+            hits = {name: tree.ray_cast(box.matrix_world @ Vector((x, 3, z)), Vector((0, -1, 0))) for name, tree in trees.items()}
+            near = {name: hit[3] for name, hit in hits.items() if hit[0] is not None}
+            name = min(near, key=near.get) if near else None
+            found[name] = found.get(name, 0) + 1
+    return found
