@@ -56,17 +56,21 @@ void bind_folding(py::module_& m) {
 
   m.def(
       "fold",
-      [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding, int threads,
-         const py::object& progress) {
+      [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding, int rounds,
+         int expansions, int threads, const py::object& progress) {
         FoldingOptions options;
+        options.rounds = rounds;
+        options.expansions = expansions;
         options.threads = threads;
         const Progress tell = progress_from(progress);
         py::gil_scoped_release release;
         return fold(segmentation, character, target, embedding, options, tell);
       },
-      py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(), py::arg("threads") = 0,
+      py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(),
+      py::arg("rounds") = FoldingOptions{}.rounds, py::arg("expansions") = FoldingOptions{}.expansions, py::arg("threads") = 0,
       py::arg("progress") = py::none(),
-      "The order in which the joints unfold, and the segmentation made to go with it. Raises InvalidInput, Cancelled.");
+      "The order in which the joints unfold, and the segmentation made to go with it; rounds and expansions bound the search. Raises "
+      "InvalidInput, Cancelled.");
 
   m.def(
       "transfer_along",

@@ -52,12 +52,27 @@ def test_rooms_follow_each_other_and_every_stage_is_timed(native):
 
 
 @pytest.mark.parametrize("until, calls", [
-    ("embedding", ALL[:4]), ("segmentation", ALL[:6] + ["finish"]), ("folding", ALL[:7] + ["finish"])])
+    ("embedding", ALL[:7]), ("segmentation", ALL), ("folding", ALL)])  # a pose is chosen by how it unfolds
 def test_a_job_ends_where_it_is_told_to_and_shows_parts_as_soon_as_there_are_any(native, until, calls):
     result, _ = pipeline.run(*two_bones(until=until), Ears())
     assert native.calls == calls
     assert (result["finishing"] is None) == (until == "embedding")
     assert (result["path"] is None) == (until in ("embedding", "segmentation"))
+
+
+def test_where_the_best_pose_costs_much_carving_others_are_tried_and_the_one_that_loses_least_is_taken(native, monkeypatch):
+    fold = native.fold
+
+    def costly(segmentation, character, target, embedding, **options):
+        folding = fold(segmentation, character, target, embedding, **options)
+        folding.carving_after = target.volume * {0.5: 0.2, 0.1: 0.15, 0.2: 0.05}[embedding.angles[0]]
+        return folding
+
+    monkeypatch.setattr(native, "fold", costly)
+    result, _ = pipeline.run(*two_bones(), Ears())
+    assert result["embedding"]["angles"] == [0.2]
+    assert [turn[1] for move in result["path"]["moves"] for turn in move] == [0.2], "the path is that of the pose that was taken"
+    assert native.calls.count("embed") == native.calls.count("explore") == 1
 
 
 def test_what_is_stored_is_not_searched_again(native):
@@ -164,8 +179,8 @@ def test_edits_are_replayed_after_transfer_and_transfer_heeds_them(native):
     ears = Ears()
     result, _ = pipeline.run(message, arrays, ears)
     names = [call if isinstance(call, str) else call[0] for call in native.calls]
-    assert names == ALL[:6] + ["edited", "transfer"] + ALL[6:]
-    arm, wheel, nobody = native.calls[6][1]
+    assert names == ALL[:7] + ["edited", "transfer", "fold", "finish"]
+    arm, wheel, nobody = native.calls[7][1]
     assert arm.reach == pytest.approx(0.05) and arm.bone == "arm"  # 15 of 150 mm, which are 0.5 target units
     assert wheel.painted == bytes(72) and wheel.name == "wheel"
     assert "edit remove was told of" in result["warnings"] and "edit remove was told of" in ears.warnings

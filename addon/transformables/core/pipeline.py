@@ -12,6 +12,7 @@ seam's points, n x 3, world units)}. Arrays: heads, tails, axes, vertices, rotat
 import importlib
 import time
 from array import array
+from typing import NamedTuple
 
 from . import kinematics, schedule, steering
 from .options import LONGEST_SIDE, DesignOptions, UserError
@@ -20,9 +21,21 @@ UNTIL = ("embedding", "segmentation", "folding", "finishing")
 STAGES = ("character", "target", *UNTIL)
 PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: printing)
 PREVIEW_CLEARANCE_MM = 0.05
+TRIED = 3                  # other folded poses, when the best one costs much carving to unfold
+DIFFERENT = 0.15           # share of the target that goes to another bone, for poses to differ
+GOOD_ENOUGH_PCT = 2.5      # of the target, carved: no other pose is tried then
+ROUGHLY = {"rounds": 1, "expansions": 200}   # how well the unfolding of another pose is searched before it is worth more
 TOUCHING_BONES = 1e-4       # target units: capsules that are less deep in one another do not collide
 ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
 EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "value", "symmetric", "deepest_protrusion", "deepest_collision")
+
+
+class Rehearsal(NamedTuple):
+    """A folded pose, how it divides the target, how that unfolds, and what carving would take, as a share of the target."""
+    embedding: object
+    segmentation: object
+    folding: object
+    carved_pct: float
 
 
 class Cancelled(Exception):
@@ -49,7 +62,7 @@ class _Run:
         self.armature = job["character"]
         self.job = job
         self.seconds, self.warnings = {}, []
-        self.path = self.parts = self.segmentation = self.certificate = None
+        self.path = self.parts = self.segmentation = self.certificate = self.rehearsed = None
         self.part_arrays, self.solutions, self.seams, self.seam_arrays = {}, [], [], {}
 
     def run(self):
@@ -117,7 +130,41 @@ class _Run:
             self.embedding = found[0]
             return
         start = self.stored.get("start")
-        self.embedding = self.tn.embed(character, self.target, start=self._stored_embedding(start) if start else None, **search)
+        if start:
+            self.embedding = self.tn.embed(character, self.target, start=self._stored_embedding(start), **search)
+        else:
+            self._search_and_rehearse(search)
+
+    def _search_and_rehearse(self, search):
+        """The best pose, when it unfolds well; else, of that one and some others, the one that loses least to carving, rehearsed on samples.
+        A skeleton that sticks out of the target, or through itself, is the last resort."""
+        progress = lambda start, end: self._progress("embedding", start, end)
+        search["progress"] = progress(0.0, 0.3)
+        best = self._rehearsal(self.tn.embed(self.character, self.target, **search), progress(0.3, 0.45))
+        if best.carved_pct > GOOD_ENOUGH_PCT:
+            search["progress"] = progress(0.45, 0.65)
+            others = self.tn.explore(self.character, self.target, count=TRIED, least_difference=DIFFERENT, **search)
+            for k, embedding in enumerate(others):
+                start, end = (0.65 + 0.35 * (k + share) / len(others) for share in (0, 1))
+                if not self._sound(embedding) or list(embedding.angles) == list(best.embedding.angles):
+                    continue
+                rough = self._rehearsal(embedding, progress(start, (start + end) / 2), **ROUGHLY)
+                if rough.carved_pct > 2 * best.carved_pct:
+                    continue
+                other = self._rehearsal(embedding, progress((start + end) / 2, end), rough.segmentation)
+                if other.carved_pct < best.carved_pct or not self._sound(best.embedding):
+                    best = other
+        self.embedding, self.rehearsed = best.embedding, best
+
+    def _rehearsal(self, embedding, progress, segmentation=None, **search):
+        if segmentation is None:
+            segmentation = self._grown(embedding, lambda fraction, note="": progress(0.3 * fraction, note))
+        folding = self._folded(embedding, segmentation, lambda fraction, note="": progress(0.3 + 0.7 * fraction, note), **search)
+        return Rehearsal(embedding, segmentation, folding, 100 * folding.carving_after / self.target.volume)
+
+    def _sound(self, embedding):
+        least = LONGEST_SIDE / self.options.resolution
+        return embedding.deepest_protrusion < least and embedding.deepest_collision < least
 
     def _steering(self):
         wanted = self.job.get("steering") or {}
@@ -149,14 +196,19 @@ class _Run:
                                  symmetric=bool(stored.get("symmetric", False)))
 
     def _segmentation(self):
-        grown = self.tn.grow(self.character, self.target, self.embedding, threads=self.options.threads,
-                             progress=self._progress("segmentation", 0.0, 0.6))
-        self.segmentation = self.tn.transfer(grown, self.character, self.target, self.embedding, threads=self.options.threads,
-                                             progress=self._progress("segmentation", 0.6, 0.9))
+        if self.rehearsed:
+            self.segmentation = self.rehearsed.segmentation
+        else:
+            self.segmentation = self._grown(self.embedding, self._progress("segmentation", 0.0, 0.9))
         if self.job.get("edits"):
             self._edit()
         else:
             self._trace_seams()
+
+    def _grown(self, embedding, progress):
+        rooms = (self.character, self.target, embedding)
+        grown = self.tn.grow(*rooms, threads=self.options.threads, progress=lambda fraction, note="": progress(0.6 * fraction, note))
+        return self.tn.transfer(grown, *rooms, threads=self.options.threads, progress=lambda fraction, note="": progress(0.6 + 0.4 * fraction, note))
 
     def _trace_seams(self):
         """Where parts meet on the target's surface, as edits find them when they are replayed: before folding has its say."""
@@ -168,6 +220,7 @@ class _Run:
     def _edit(self):
         """The artist's edits, and what parts then need to turn at their joints: transfer leaves alone what an edit has decided."""
         rooms = (self.character, self.target, self.embedding)
+        self.rehearsed = None  # was without the edits
         edits = [self._native_edit(edit) for edit in self.job["edits"]]
         self.segmentation, report = self.tn.edited(self.segmentation, *rooms, edits, threads=self.options.threads)
         self._warn(report)
@@ -190,16 +243,18 @@ class _Run:
         return bone
 
     def _folding(self):
-        rooms = (self.segmentation, self.character, self.target, self.embedding)
         stored = self.stored.get("path")
         if stored:
             self._check_stored_path(stored["moves"])
             self.path = self.tn.FoldPath(moves=[[tuple(turn) for turn in turns] for turns in stored["moves"]])
-            self.segmentation = self.tn.transfer_along(*rooms, self.path, threads=self.options.threads,
-                                                       progress=self._progress("folding"))
-        else:
-            folding = self.tn.fold(*rooms, threads=self.options.threads, progress=self._progress("folding"))
-            self.path, self.segmentation = folding.path, folding.segmentation
+            self.segmentation = self.tn.transfer_along(self.segmentation, self.character, self.target, self.embedding, self.path,
+                                                       threads=self.options.threads, progress=self._progress("folding"))
+            return
+        folding = self.rehearsed.folding if self.rehearsed else self._folded(self.embedding, self.segmentation, self._progress("folding"))
+        self.path, self.segmentation = folding.path, folding.segmentation
+
+    def _folded(self, embedding, segmentation, progress, **search):
+        return self.tn.fold(segmentation, self.character, self.target, embedding, threads=self.options.threads, progress=progress, **search)
 
     def _check_stored_path(self, moves):
         try:

@@ -88,7 +88,7 @@ def explore(character, target, *, count=5, least_difference=0.15, found=None, **
 
 
 def skeleton_fit(character, target, embedding):
-    return {"protrusion": [0.0] * (len(character.names) - 1) + [0.1], "collisions": [(0, 1, 0.01)]}
+    return {"protrusion": [0.0] * (len(character.names) - 1) + [0.1], "collisions": [(0, 1, 0.01)] if len(character.names) > 1 else []}
 
 
 def bone_frames(character, embedding):
@@ -155,7 +155,7 @@ class FoldPath:
         self.moves, self.overlap_volume, self.collisions = moves, 0.0, []
 
 
-def fold(segmentation, character, target, embedding, *, threads=0, progress=None):
+def fold(segmentation, character, target, embedding, *, rounds=5, expansions=3000, threads=0, progress=None):
     calls.append("fold")
     path = FoldPath(moves=[[(i, angle, 0.0)] for i, angle in enumerate(embedding.angles)])
     return SimpleNamespace(path=path, segmentation=segmentation, carving_before=0.0, carving_after=0.0)
