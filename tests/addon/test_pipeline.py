@@ -141,7 +141,7 @@ def test_what_is_steered_reaches_the_search(native):
 
 
 def test_a_search_from_a_pose_keeps_the_angles_of_that_pose(native):
-    pipeline.run(*two_bones(until="embedding", stored={"start": POSE}, steering={"locked": ["arm"]}), Ears())
+    pipeline.run(*two_bones(until="embedding", stored={"start": POSE}, steering={"locked": ["arm"], "pose": {**POSE, "angles": [0.2]}}), Ears())
     assert native.searches[0]["locked"] == [(0, 0.7)] and native.searches[0]["start"].angles == [0.7]
 
 

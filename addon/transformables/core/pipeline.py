@@ -168,7 +168,7 @@ class _Run:
 
     def _steering(self):
         wanted = self.job.get("steering") or {}
-        pose = wanted.get("pose") or self.stored.get("start")
+        pose = self.stored.get("start") or wanted.get("pose")
         bodies = {self.armature["names"][bone]: body for body, members in enumerate(self.character.members) for bone in members}
         return steering.native_arguments(wanted, self.character, bodies, self._stored_embedding(pose) if pose else None,
                                          lambda given: self.tn.bone_frames(self.character, given))

@@ -2,7 +2,8 @@
 """What an artist fixes before a search, from bone names to what the native module takes.
 
 Steering is a dict, every key optional: `weights` {term: number}, `locked` and `pinned` lists of bone names, `proportions` {bone name:
-[least, largest]}, `pose` the embedding in which locked joints have their angles and pinned bones their places.
+[least, largest]}, `pose` the embedding in which locked joints have their angles and pinned bones their places, unless the search starts from a
+pose: then it is that one.
 """
 from .options import UserError
 

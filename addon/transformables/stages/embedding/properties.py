@@ -41,8 +41,8 @@ class TransformablesSolution(bpy.types.PropertyGroup):
 class TransformablesSteeredBone(bpy.types.PropertyGroup):
     """What the search may do with one bone; `name` is the bone's."""
 
-    lock: BoolProperty(name="Lock", description="Keep this bone's joint as it is in the folded pose (at rest when there is none yet)")
-    pin: BoolProperty(name="Pin", description="Keep this bone where it is in the target, as the folded pose has it")
+    lock: BoolProperty(name="Lock", description="Keep this bone's joint as it is in the pose rig, or else in the folded pose; at rest when there is neither")
+    pin: BoolProperty(name="Pin", description="Keep this bone where it is in the target, as the pose rig has it, or else the folded pose")
     proportion: EnumProperty(
         name="Proportions", default="common", description="How much longer or shorter this bone may become",
         items=(("common", "As All", "As the Proportions setting says"), ("keep", "Keep", "Keep the length that the character has"),
