@@ -15,8 +15,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kHalfPi = 1.57079632679489661923;
 
-int default_population(int n) { return 4 + int(3 * std::log(double(n))); }
-
 double median(std::vector<double> v) {
   const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
   std::nth_element(v.begin(), middle, v.end());
@@ -153,6 +151,8 @@ CmaEs::CmaEs(const Eigen::VectorXd& mean, double sigma, const Options& options) 
   best_ = mean;
   best_value_ = kInfinity;
 }
+
+int CmaEs::default_population(int dimension) { return 4 + int(3 * std::log(double(dimension))); }
 
 void CmaEs::set_constants() {  // tutorial, Table 1
   const double n = double(mean_.size());
@@ -328,7 +328,7 @@ std::string_view name(CmaEs::Stop stop) {
 }
 
 BipopRestarts::BipopRestarts(int dimension, std::uint64_t seed)
-    : default_population_(default_population(dimension)), large_population_(default_population_), random_(seed) {}
+    : default_population_(CmaEs::default_population(dimension)), large_population_(default_population_), random_(seed) {}
 
 BipopRestarts::Run BipopRestarts::next() {
   if (first_) {

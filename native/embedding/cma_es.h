@@ -61,6 +61,7 @@ class CmaEs {
   Stop stop() const { return stop_; }          ///< why the search should end, kNone while it should go on
   int dimension() const { return int(mean_.size()); }
   int population() const { return population_; }
+  static int default_population(int dimension);            ///< 4 + floor(3 ln n)
   long generation() const { return generation_; }
   long evaluations() const { return generation_ * population_; }
   double sigma() const { return sigma_; }

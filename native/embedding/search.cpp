@@ -13,6 +13,8 @@ namespace {
 constexpr double kFeasibility = 1e4;
 constexpr double kPinned = 1e5;          // so that a bone is rather out of the target than off its pin
 constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian counts as much as this move
+// Populations are twice as large as is usual for one minimum: with many minima about, that ends in better ones.
+constexpr int kWidePopulation = 2;
 constexpr double kWideSigma = 0.35, kCarefulSigma = 0.08, kRestartSigma = 0.15;
 constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
 
@@ -130,10 +132,11 @@ std::vector<Search::Job> Search::screened(std::size_t count) {
 }
 
 std::vector<Search::Run> Search::started(std::size_t count) {
+  const int population = kWidePopulation * CmaEs::default_population(unknowns_.count());
   std::vector<Run> runs;
   for (Job& job : screened(count)) {
     const std::uint64_t stream = runs.size() + 1;
-    runs.push_back({optimiser(job.y, kWideSigma, 0, stream), job.start, stream, 0, 0, job.y, job.value, {}});
+    runs.push_back({optimiser(job.y, kWideSigma, population, stream), job.start, stream, 0, 0, job.y, job.value, {}});
   }
   return runs;
 }
@@ -240,15 +243,16 @@ std::vector<Embedding> Search::wide(int count, double least_difference, const He
   const auto together = std::size_t(options_.runs), finalists = std::max(together, std::size_t(count) * 3 / 2);
   const auto starts = finalists * std::size_t(options_.starts);
   const auto promising = std::max(finalists, starts / kPromising), good = std::max(finalists, starts / kGood);
-  planned_ = long(starts) * (kPosesTried + std::min(kShortRun, bound)) + long(promising) * std::min(kMiddleRun, bound) +
-             long(good) * std::min(kLongRun, bound) + long(finalists) * bound;
+  const long brief = std::min(kShortRun, bound), middle = std::min(kMiddleRun, bound), late = std::min(kLongRun, bound);
+  planned_ = long(starts) * (kPosesTried + brief) + long(promising) * (middle - brief) + long(good) * (late - middle) +
+             long(finalists) * (bound - late);
   rough_ = true;
   std::vector<Run> runs = started(starts);
-  advance(runs, std::min(kShortRun, bound));
+  advance(runs, brief);
   runs = best_that_differ(runs, promising);
-  advance(runs, std::min(kMiddleRun, bound));
+  advance(runs, middle);
   runs = best_that_differ(runs, good);
-  advance(runs, std::min(kLongRun, bound));
+  advance(runs, late);
   go_on_finely(runs);
   std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.best_value < b.best_value; });
   std::vector<Run> ended;

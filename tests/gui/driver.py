@@ -64,10 +64,10 @@ def button_under_mouse():
     return "" if manager.clipboard == "-" else manager.clipboard
 
 
-def find_button(call):
-    """Moves the pointer down the sidebar until it is over the button for this call. Gives its place."""
+def find_button(call, across=0.5):
+    """Moves the pointer down the sidebar until it is over the button for this call. Gives its place. `across`: of the sidebar's width."""
     region = sidebar()
-    x = region.x + region.width // 2 - 10
+    x = region.x + int(region.width * across) - 10
     for y in range(region.y + region.height - 20, region.y + 5, -9):
         yield from move_to(x, y)
         if button_under_mouse().startswith(call):
@@ -75,9 +75,20 @@ def find_button(call):
     raise AssertionError(f"no button for {call} is to be seen in the sidebar")
 
 
-def click_button(call):
-    x, y = yield from find_button(call)
+def click_button(call, across=0.5):
+    x, y = yield from find_button(call, across)
     yield from click(x, y)
+
+
+def scroll_sidebar(turns):
+    """Turns the wheel over the sidebar, downwards."""
+    region = sidebar()
+    x, y = region.x + region.width // 2, region.y + region.height // 2
+    yield from move_to(x, y)
+    for _ in range(turns):
+        window().event_simulate(type="WHEELDOWNMOUSE", value="PRESS", x=x, y=y)
+        yield SETTLE
+    yield 1.0  # it scrolls smoothly
 
 
 def open_tab(panel):
