@@ -70,7 +70,7 @@ def read_character(obj, limit=None):
 
 def _read_bone(obj, bone, rotation, warnings):
     hinges, explicit = ([], False) if bone.parent is None else hinges_of(obj.pose.bones[bone.name], warnings)
-    axes = _orthonormal(rotation @ bone.matrix_local.to_3x3())
+    axes = orthonormal(rotation @ bone.matrix_local.to_3x3())
     return Bone(bone.name, bone.parent.name if bone.parent else None,
                 tuple(obj.matrix_world @ bone.head_local), tuple(obj.matrix_world @ bone.tail_local),
                 tuple(x for row in axes for x in row), hinges, explicit, bone.use_deform)
@@ -147,10 +147,10 @@ def _rotation_of(obj):
         raise UserError(f"the armature '{obj.name}' is scaled unevenly: apply its scale (Ctrl+A, Scale)")
     if matrix.determinant() < 0:
         raise UserError(f"the armature '{obj.name}' has a negative scale: apply its scale (Ctrl+A, Scale)")
-    return Matrix(_orthonormal(matrix))
+    return Matrix(orthonormal(matrix))
 
 
-def _orthonormal(matrix):
+def orthonormal(matrix):
     """The rotation of a matrix in double precision (Blender's own are single): Gram-Schmidt, Y first as bones run along it."""
     y = _unit([matrix[r][1] for r in range(3)])
     x = [matrix[r][0] for r in range(3)]

@@ -79,6 +79,6 @@ def _root(guide, pose_bone, target):
     """The root bone's frame in the target's, 16 numbers column by column."""
     world = guide.matrix_world @ pose_bone.matrix
     head = (world.to_translation() - Vector(target["centre"])) * target["scale"]
-    columns = armature._orthonormal(world.to_3x3())
+    columns = armature.orthonormal(world.to_3x3())
     flat = [x for column in zip(*columns) for x in (*column, 0.0)]
     return [*flat, *head, 1.0]
