@@ -28,12 +28,11 @@ struct Nearest {
   std::int32_t where = 0;
 };
 
-/// @param mask  samples of the part that count; empty: all
-Nearest nearest(const PartField& part, const Swept& swept, const Lattice& lattice, double gap, const std::vector<char>& mask) {
+Nearest nearest(const PartField& part, const Swept& swept, const Lattice& lattice, double gap) {
   Nearest best;
   const float window = float(gap / 2 + kWindow * lattice.step());
   for (std::size_t n = 0; n < swept.least.size(); ++n)
-    if (swept.least[n] < window && part.distance[n] < window && part.distance[n] + swept.least[n] < best.gap && (mask.empty() || mask[n]))
+    if (swept.least[n] < window && part.distance[n] < window && part.distance[n] + swept.least[n] < best.gap)
       best = {part.distance[n] + swept.least[n], swept.where[n]};
   return best;
 }
@@ -84,12 +83,12 @@ struct Manner {
   bool exact = false;   ///< beside what goes, a part's distance takes the place of its field, which may be steeper and so hide what is too near
 };
 
-Trial try_carving(const PartField& part, const Swept& swept, const Lattice& lattice, const Manner& manner, const std::vector<char>& mask, bool shielded) {
+Trial try_carving(const PartField& part, const Swept& swept, const Lattice& lattice, const Manner& manner, bool shielded) {
   Trial trial;
   trial.psi = part.psi;
   const float gap = float(manner.gap), beside = gap + float(lattice.step());
   for (std::size_t n = 0; n < swept.least.size(); ++n) {
-    if (swept.least[n] >= swept.reach || (!mask.empty() && !mask[n])) continue;
+    if (swept.least[n] >= swept.reach) continue;
     const float value = manner.exact && swept.least[n] < beside ? part.distance[n] : part.psi[n];
     trial.psi[n] = given_way(value, swept.least[n], part.core[n], gap, shielded);
   }
@@ -98,9 +97,9 @@ Trial try_carving(const PartField& part, const Swept& swept, const Lattice& latt
   return trial;
 }
 
-void apply(PartField& part, Trial&& trial, const Swept& swept, float gap, const std::vector<char>& mask, bool shielded) {
+void apply(PartField& part, Trial&& trial, const Swept& swept, float gap, bool shielded) {
   for (std::size_t n = 0; n < swept.least.size(); ++n) {
-    if (swept.least[n] >= swept.reach || (!mask.empty() && !mask[n])) continue;
+    if (swept.least[n] >= swept.reach) continue;
     part.distance[n] = given_way(part.distance[n], swept.least[n], part.core[n], gap, shielded);
     if (!shielded) part.core[n] = std::max(part.core[n], gap - swept.least[n]);
   }
@@ -112,8 +111,8 @@ void apply(PartField& part, Trial&& trial, const Swept& swept, float gap, const 
 class PairCarver {
  public:
   /// @param demand  where, and how much further apart than usual; null: all over, and no further
-  PairCarver(const Scene& scene, const MoveMotion& motion, PartField& a, PartField& b, bool exact, const Demand* demand)
-      : lattice_(scene.lattice), motion_(motion), manner_{scene.lattice.gap + (demand ? demand->extra : 0), exact} {
+  PairCarver(const Scene& scene, const MoveMotion& motion, PartField& a, PartField& b, const Demand* demand)
+      : lattice_(scene.lattice), motion_(motion), manner_{scene.lattice.gap + (demand ? demand->extra : 0), demand != nullptr} {
     a_ = {&a, demand ? mask_around(a, a.bone < b.bone ? demand->on_a : demand->on_b) : std::vector<char>{}};
     b_ = {&b, demand ? mask_around(b, a.bone < b.bone ? demand->on_b : demand->on_a) : std::vector<char>{}};
     if (b.shape().count() < a.shape().count()) std::swap(a_, b_);
@@ -137,19 +136,19 @@ class PairCarver {
  private:
   struct Side {
     PartField* part = nullptr;
-    std::vector<char> mask;
+    std::vector<char> mask;   // samples that may go; empty: all
   };
 
   Swept swept(const Side& a, const Side& b) const {
-    return sweep(*a.part, b.part->distance, PairConfigurations(motion_, *a.part, *b.part), lattice_.cover, reach_of(lattice_, manner_.gap));
+    return sweep(*a.part, b.part->distance, PairConfigurations(motion_, *a.part, *b.part), lattice_.cover, reach_of(lattice_, manner_.gap), a.mask);
   }
   bool collide(const Side& side, const Swept& s) const {
-    return nearest(*side.part, s, lattice_, manner_.gap, side.mask).gap < manner_.gap - kNoise * lattice_.step();
+    return nearest(*side.part, s, lattice_, manner_.gap).gap < manner_.gap - kNoise * lattice_.step();
   }
-  Trial trial(const Side& side, const Swept& s, bool shielded) const { return try_carving(*side.part, s, lattice_, manner_, side.mask, shielded); }
+  Trial trial(const Side& side, const Swept& s, bool shielded) const { return try_carving(*side.part, s, lattice_, manner_, shielded); }
   void take(const Side& side, Trial&& done, const Swept& s, bool shielded, std::vector<std::size_t>& dropped) const {
     dropped[side.part->bone] += done.dropped;
-    apply(*side.part, std::move(done), s, float(manner_.gap), side.mask, shielded);
+    apply(*side.part, std::move(done), s, float(manner_.gap), shielded);
   }
   void yield(const Side& side, const Side& other, bool shielded, std::vector<std::size_t>& dropped) const {
     const Swept s = swept(side, other);
@@ -202,17 +201,15 @@ double overlap_at(const PartField& a, const PartField& b, const PairConfiguratio
 
 }  // namespace
 
-std::vector<char> carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, bool exact, const Progress& progress) {
-  std::vector<char> changed(parts.size(), 0);
+void carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, const Progress& progress) {
   const double reach = reach_of(scene.lattice, scene.lattice.gap);
   for_each_move(scene, parts, reach, progress, "carving along the path", [&](std::size_t, const MoveMotion& motion, const auto& pairs) {
     for (const auto& [a, b] : pairs)
-      if (PairCarver(scene, motion, parts[a], parts[b], exact, nullptr).resolve(dropped)) changed[a] = changed[b] = 1;
+      PairCarver(scene, motion, parts[a], parts[b], nullptr).resolve(dropped);
   });
   // The walls of a shell are thin on purpose.
   if (scene.options.style == Style::kSolid)
     tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t n) { take_thin(parts[n], kThinnest); });
-  return changed;
 }
 
 std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::vector<PartField>& parts, std::vector<std::size_t>& dropped,
@@ -225,7 +222,7 @@ std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::v
     for (const auto& [a, b] : pairs) {
       const auto found = demands.find(std::minmax(parts[a].bone, parts[b].bone));
       if (found == demands.end()) continue;
-      if (PairCarver(scene, motion, parts[a], parts[b], true, &found->second).resolve(dropped)) changed[a] = changed[b] = 1;
+      if (PairCarver(scene, motion, parts[a], parts[b], &found->second).resolve(dropped)) changed[a] = changed[b] = 1;
     }
   });
   return changed;
@@ -239,7 +236,7 @@ Measured measure(const Scene& scene, const std::vector<PartField>& parts, const 
       const bool swap = parts[j].shape().count() < parts[i].shape().count();
       const PartField &a = parts[swap ? j : i], &b = parts[swap ? i : j];
       const PairConfigurations configurations(motion, a, b);
-      const Nearest found = nearest(a, sweep(a, b.distance, configurations, scene.lattice.cover, reach), scene.lattice, gap, {});
+      const Nearest found = nearest(a, sweep(a, b.distance, configurations, scene.lattice.cover, reach), scene.lattice, gap);
       measured.least_gap = std::min(measured.least_gap, double(found.gap));
       if (found.gap >= 0) continue;
       measured.collisions.push_back({std::min(a.bone, b.bone), std::max(a.bone, b.bone), m, double(found.where) / motion.last(),

@@ -35,11 +35,10 @@ using Demands = std::map<std::pair<int, int>, Demand>;   ///< by bones, the less
 /// Removes from the parts what comes nearer than the lattice's gap to another part somewhere along the path. A part's core gives way only to
 /// another's core. Pieces that are cut off are dropped, and so is what is left too thin.
 /// @param dropped  samples dropped, added up for each part
-/// @param exact    beside what must give way take distances for the parts' fields: for all passes but the first
-/// @return for each part whether anything was removed
-std::vector<char> carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, bool exact, const Progress& progress);
+void carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, const Progress& progress);
 
 /// The same for single pairs, at places where they were found too near, and with a wider gap.
+/// @return for each part whether anything was removed
 std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::vector<PartField>& parts, std::vector<std::size_t>& dropped,
                               const Progress& progress);
 

@@ -18,10 +18,9 @@ namespace {
 
 using namespace finishing;
 
-constexpr int kRounds = 3;             ///< carving passes at most; each starts from exact distances again
 constexpr int kProofs = 10;            ///< tries to prove the motion, pairs that fail being set further apart after each
 constexpr int kExactProofs = 7;        ///< of them, those after which parts that still fail may keep the target's own triangles
-constexpr double kMore = 0.1;          ///< steps by which parts that touch are set further apart, for each try
+constexpr double kMore = 0.25;         ///< steps by which parts that touch are set further apart, for each try
 constexpr double kProvable = 1e-4;     ///< target units: a proof never asks for less of a gap to look at than this
 constexpr double kTouching = 0.02;     ///< of that, the least gap that is not a touch
 constexpr double kWorthTelling = 5e-4; ///< share of the target's volume from which on a loss is reported
@@ -150,12 +149,10 @@ class Finisher {
 void Finisher::carve_all() {
   for (PartField& field : fields_) dropped_[field.bone] += keep_core_piece(field.psi, field.core);
   redistance(fields_);
-    for (int round = 0; round < kRounds; ++round) {
-    auto changed = carve(scene_, fields_, dropped_, round > 0, stage(progress_, 0.1 + 0.15 * round, 0.25 + 0.15 * round));
-    fill_hollows(fields_, scene_.character, changed, warnings_);
-    if (std::count(changed.begin(), changed.end(), char(1)) == 0) break;
-    redistance(fields_);
-  }
+    carve(scene_, fields_, dropped_, stage(progress_, 0.1, 0.55));
+  std::vector<char> changed(fields_.size(), 0);
+  fill_hollows(fields_, scene_.character, changed, warnings_);
+  redistance(fields_);
 }
 
 void Finisher::prove(double from, double to) {

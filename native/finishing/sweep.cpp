@@ -107,7 +107,8 @@ bool PairConfigurations::can_meet(const MoveMotion& motion, const PartField& a, 
   return !spans.empty();
 }
 
-Swept sweep(const PartField& a, const Grid<float>& field_b, const PairConfigurations& configurations, double cover, double reach) {
+Swept sweep(const PartField& a, const Grid<float>& field_b, const PairConfigurations& configurations, double cover, double reach,
+            const std::vector<char>& mask) {
   const GridShape& shape = a.shape();
   Swept swept{std::vector<float>(shape.count(), float(reach)), std::vector<std::int32_t>(shape.count(), 0), float(reach)};
   const Walker walker{field_b, configurations, float(cover), float(reach), float(-kDepth * shape.step)};
@@ -120,7 +121,7 @@ Swept sweep(const PartField& a, const Grid<float>& field_b, const PairConfigurat
       for (int k = low.z(); k <= high.z(); ++k)
         for (int j = low.y(); j <= high.y(); ++j)
           for (int i = low.x(); i <= high.x(); ++i)
-            if (a.distance[shape.index(i, j, k)] < reach) f(Eigen::Vector3i(i, j, k));
+            if (const std::size_t n = shape.index(i, j, k); a.distance[n] < reach && (mask.empty() || mask[n])) f(Eigen::Vector3i(i, j, k));
     };
     bool any = false;
     for_each_kept([&](const Eigen::Vector3i&) { any = true; });

@@ -37,7 +37,9 @@ struct Swept {
   std::vector<std::int32_t> where;  ///< the configuration
   float reach = 0;
 };
-Swept sweep(const PartField& a, const Grid<float>& field_b, const PairConfigurations& configurations, double cover, double reach);
+/// @param mask  a flag for each of A's samples that is looked at; empty: all
+Swept sweep(const PartField& a, const Grid<float>& field_b, const PairConfigurations& configurations, double cover, double reach,
+            const std::vector<char>& mask = {});
 
 /// A field's value at a place given in its samples; outside the box, a lower bound that grows with the distance.
 float value_at(const Grid<float>& field, const Eigen::Vector3f& p);
