@@ -130,9 +130,10 @@ void bind_embedding(py::module_& m) {
       "explore",
       [](const Character& character, const Target& target, std::uint64_t seed, const std::string& symmetry, bool proportions,
          int threads, const std::map<std::string, double>& weights, const Locks& locked, const Pins& pinned,
-         const Proportions& proportion_of, int count, double least_difference, const py::object& progress, const py::object& found,
+         const Proportions& proportion_of, int count, double least_difference, int evaluations, const py::object& progress, const py::object& found,
          const py::object& best) {
-        const EmbeddingOptions options = options_from(seed, symmetry, proportions, threads, weights, locked, pinned, proportion_of);
+        EmbeddingOptions options = options_from(seed, symmetry, proportions, threads, weights, locked, pinned, proportion_of);
+        options.evaluations = evaluations;
         const Progress tell = progress_from(progress);
         const auto add = hearer(found), show = hearer(best);
         py::gil_scoped_release release;
@@ -141,8 +142,9 @@ void bind_embedding(py::module_& m) {
       py::arg("character"), py::arg("target"), py::kw_only(), py::arg("seed") = 0, py::arg("symmetry") = "auto",
       py::arg("proportions") = true, py::arg("threads") = 0, py::arg("weights") = std::map<std::string, double>{},
       py::arg("locked") = Locks{}, py::arg("pinned") = Pins{}, py::arg("proportion_of") = Proportions{}, py::arg("count") = 5,
-      py::arg("least_difference") = 0.15, py::arg("progress") = py::none(), py::arg("found") = py::none(), py::arg("best") = py::none(),
-      "Up to `count` embeddings that differ in over `least_difference` of the target's voxels, best first. found(Embedding) hears of each as "
+      py::arg("least_difference") = 0.15,
+      py::arg("evaluations") = EmbeddingOptions{}.evaluations, py::arg("progress") = py::none(), py::arg("found") = py::none(), py::arg("best") = py::none(),
+      "Up to `count` embeddings that differ in over `least_difference` of the target's voxels, best first; evaluations bounds each search. found(Embedding) hears of each as "
       "it is found (some may be replaced by better ones like them); the rest as in embed. Raises InvalidInput, Cancelled.");
 
   m.def("skeleton_fit", &fit_of, py::arg("character"), py::arg("target"), py::arg("embedding"),

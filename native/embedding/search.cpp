@@ -14,7 +14,7 @@ constexpr double kFeasibility = 1e4;
 constexpr double kPinned = 1e5;          // so that a bone is rather out of the target than off its pin
 constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian counts as much as this move
 // Populations are twice as large as is usual for one minimum: with many minima about, that ends in better ones.
-constexpr int kWidePopulation = 2;
+constexpr int kWidePopulation = 1;
 constexpr double kWideSigma = 0.35, kCarefulSigma = 0.08, kRestartSigma = 0.15;
 constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
 

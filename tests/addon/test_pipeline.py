@@ -10,7 +10,8 @@ from jobs import STAND_IN, two_bones
 from transformables.core import pipeline
 from transformables.core.options import UserError
 
-ALL = ["make_character", "make_target", "fitted", "embed", "grow", "transfer", "fold", "finish"]
+REHEARSAL = ["grow", "transfer", "fold"]
+ALL = ["make_character", "make_target", "fitted", "explore", *REHEARSAL, *REHEARSAL, *REHEARSAL, "fold", "finish"]
 
 
 class Ears:
@@ -52,7 +53,7 @@ def test_rooms_follow_each_other_and_every_stage_is_timed(native):
 
 
 @pytest.mark.parametrize("until, calls", [
-    ("embedding", ALL[:7]), ("segmentation", ALL), ("folding", ALL)])  # a pose is chosen by how it unfolds
+    ("embedding", ALL[:-1]), ("segmentation", ALL), ("folding", ALL)])  # a pose is chosen by how it unfolds
 def test_a_job_ends_where_it_is_told_to_and_shows_parts_as_soon_as_there_are_any(native, until, calls):
     result, _ = pipeline.run(*two_bones(until=until), Ears())
     assert native.calls == calls
@@ -60,7 +61,7 @@ def test_a_job_ends_where_it_is_told_to_and_shows_parts_as_soon_as_there_are_any
     assert (result["path"] is None) == (until in ("embedding", "segmentation"))
 
 
-def test_where_the_best_pose_costs_much_carving_others_are_tried_and_the_one_that_loses_least_is_taken(native, monkeypatch):
+def test_of_several_poses_the_one_that_loses_least_to_carving_is_taken(native, monkeypatch):
     fold = native.fold
 
     def costly(segmentation, character, target, embedding, **options):
@@ -72,7 +73,6 @@ def test_where_the_best_pose_costs_much_carving_others_are_tried_and_the_one_tha
     result, _ = pipeline.run(*two_bones(), Ears())
     assert result["embedding"]["angles"] == [0.2]
     assert [turn[1] for move in result["path"]["moves"] for turn in move] == [0.2], "the path is that of the pose that was taken"
-    assert native.calls.count("embed") == native.calls.count("explore") == 1
 
 
 def test_what_is_stored_is_not_searched_again(native):
@@ -80,7 +80,7 @@ def test_what_is_stored_is_not_searched_again(native):
     native.calls.clear()
     message, arrays = two_bones(stored={"embedding": first["embedding"], "path": first["path"]})
     second, _ = pipeline.run(message, arrays, Ears())
-    assert "embed" not in native.calls and "fold" not in native.calls
+    assert "explore" not in native.calls and "fold" not in native.calls
     assert second["embedding"] == first["embedding"] and second["path"]["moves"] == first["path"]["moves"]
 
 
@@ -179,8 +179,8 @@ def test_edits_are_replayed_after_transfer_and_transfer_heeds_them(native):
     ears = Ears()
     result, _ = pipeline.run(message, arrays, ears)
     names = [call if isinstance(call, str) else call[0] for call in native.calls]
-    assert names == ALL[:7] + ["edited", "transfer", "fold", "finish"]
-    arm, wheel, nobody = native.calls[7][1]
+    assert names == ALL[:-1] + ["edited", "transfer", "fold", "finish"]
+    arm, wheel, nobody = native.calls[len(ALL) - 1][1]
     assert arm.reach == pytest.approx(0.05) and arm.bone == "arm"  # 15 of 150 mm, which are 0.5 target units
     assert wheel.painted == bytes(72) and wheel.name == "wheel"
     assert "edit remove was told of" in result["warnings"] and "edit remove was told of" in ears.warnings
@@ -207,11 +207,12 @@ def test_seams_are_traced_as_edits_find_them_and_named_by_their_bones(native, mo
         made = getattr(native, name)
         monkeypatch.setattr(native, name, lambda *a, _name=name, _made=made, **k: (order.append(_name), _made(*a, **k))[1])
     result, arrays = pipeline.run(*two_bones(until="segmentation"), Ears())
-    assert order == ["transfer", "seams"]
+    rehearsed = 3 * ["transfer"]
+    assert order == [*rehearsed, "seams"]
     message, more = two_bones(until="segmentation", edits=[{"kind": "move_seam", "bone": "arm", "other": "root", "from": "f", "to": "t"}])
     more.update(f=("d", bytes(24)), t=("d", bytes(24)))
     order.clear()
     pipeline.run(message, more, Ears())
-    assert order == ["transfer", "edited", "seams", "transfer"]
+    assert order == [*rehearsed, "edited", "seams", "transfer"]
     seam, = result["seams"]
     assert seam["bones"] == message["character"]["names"] and seam["closed"] and len(arrays[seam["points"]][1]) == 120 * 8

@@ -21,10 +21,11 @@ UNTIL = ("embedding", "segmentation", "folding", "finishing")
 STAGES = ("character", "target", *UNTIL)
 PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: printing)
 PREVIEW_CLEARANCE_MM = 0.05
-TRIED = 3                  # other folded poses, when the best one costs much carving to unfold
+TRIED = 3                  # folded poses, of which the one is taken that loses least to carving when it unfolds
+EVALUATIONS = 5000         # of the objective, for each
 DIFFERENT = 0.15           # share of the target that goes to another bone, for poses to differ
-GOOD_ENOUGH_PCT = 2.5      # of the target, carved: no other pose is tried then
-ROUGHLY = {"rounds": 1, "expansions": 200}   # how well the unfolding of another pose is searched before it is worth more
+GOOD_ENOUGH_PCT = 2.5      # of the target, carved: the next pose is not tried then
+ROUGHLY = {"rounds": 1, "expansions": 200}   # how well the unfolding of each is searched, to tell them apart
 TOUCHING_BONES = 1e-4       # target units: capsules that are less deep in one another do not collide
 ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
 EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "value", "symmetric", "deepest_protrusion", "deepest_collision")
@@ -136,25 +137,24 @@ class _Run:
             self._search_and_rehearse(search)
 
     def _search_and_rehearse(self, search):
-        """The best pose, when it unfolds well; else, of that one and some others, the one that loses least to carving, rehearsed on samples.
-        A skeleton that sticks out of the target, or through itself, is the last resort."""
-        progress = lambda start, end: self._progress("embedding", start, end)
-        search["progress"] = progress(0.0, 0.3)
-        best = self._rehearsal(self.tn.embed(self.character, self.target, **search), progress(0.3, 0.45))
-        if best.carved_pct > GOOD_ENOUGH_PCT:
-            search["progress"] = progress(0.45, 0.65)
-            others = self.tn.explore(self.character, self.target, count=TRIED, least_difference=DIFFERENT, **search)
-            for k, embedding in enumerate(others):
-                start, end = (0.65 + 0.35 * (k + share) / len(others) for share in (0, 1))
-                if not self._sound(embedding) or list(embedding.angles) == list(best.embedding.angles):
-                    continue
-                rough = self._rehearsal(embedding, progress(start, (start + end) / 2), **ROUGHLY)
-                if rough.carved_pct > 2 * best.carved_pct:
-                    continue
-                other = self._rehearsal(embedding, progress((start + end) / 2, end), rough.segmentation)
-                if other.carved_pct < best.carved_pct or not self._sound(best.embedding):
-                    best = other
-        self.embedding, self.rehearsed = best.embedding, best
+        """Some poses that differ; the one that seems to lose least to carving is taken, or the next when it loses much after all: carving is
+        rehearsed on samples. Skeletons that stick out of the target, or through themselves, are the last resort."""
+        search["progress"] = self._progress("embedding", 0.0, 0.4)
+        found = self.tn.explore(self.character, self.target, count=TRIED, least_difference=DIFFERENT, evaluations=EVALUATIONS, **search)
+        sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
+        rough = []
+        for k, embedding in enumerate(sound if len(sound) > 1 else ()):
+            share = 0.2 / len(sound)
+            rough.append(self._rehearsal(embedding, self._progress("embedding", 0.4 + k * share, 0.4 + (k + 1) * share), **ROUGHLY))
+        rough.sort(key=lambda rehearsal: rehearsal.carved_pct)
+        tries = [(r.embedding, r.segmentation) for r in rough[:2]] or [(sound[0], None)]
+        for k, (embedding, segmentation) in enumerate(tries):
+            rehearsal = self._rehearsal(embedding, self._progress("embedding", 0.6 + 0.2 * k, 0.8 + 0.2 * k), segmentation)
+            if self.rehearsed is None or rehearsal.carved_pct < self.rehearsed.carved_pct:
+                self.rehearsed = rehearsal
+            if rehearsal.carved_pct < GOOD_ENOUGH_PCT:
+                break
+        self.embedding = self.rehearsed.embedding
 
     def _rehearsal(self, embedding, progress, segmentation=None, **search):
         if segmentation is None:

@@ -80,7 +80,7 @@ def embed(character, target, *, seed=0, symmetry="auto", proportions=True, threa
     return embedding
 
 
-def explore(character, target, *, count=5, least_difference=0.15, found=None, **search):
+def explore(character, target, *, count=5, least_difference=0.15, evaluations=12000, found=None, **search):
     best = embed(character, target, **search)
     calls[-1] = "explore"
     others = [Embedding(root=best.root, angles=[0.1 * k] * character.angle_count, morphology=best.morphology) for k in range(1, count)]
