@@ -7,12 +7,9 @@ example=${1:-car_spider_1}
 [[ -f blend_examples/$example.blend ]] || { echo "demo: no example is called '$example'; there are: $(basename -s .blend blend_examples/*.blend | tr '\n' ' ')" >&2; exit 2; }
 bash scripts/setup.sh
 out=build/demo
-# Seeds are alternatives; of a few that were tried this one keeps most of the car.
-seed=0
-if [[ $example == car_spider_1 ]]; then seed=3; fi
 mkdir -p "$out"
 code=0
-blender -b "blend_examples/$example.blend" --python addon/transformables/cli.py -- design --seed "$seed" --output "$out/$example.blend" --report "$out/$example.json" || code=$?
+blender -b "blend_examples/$example.blend" --python addon/transformables/cli.py -- design --output "$out/$example.blend" --report "$out/$example.json" || code=$?
 if [[ $code != 0 && $code != 3 ]]; then exit "$code"; fi
 blender -b "$out/$example.blend" --python-exit-code 1 --python scripts/render_design.py -- "$out/pictures" > "$out/render.log" 2>&1 || { cat "$out/render.log"; exit 1; }
 mv "$out/pictures/00.png" "$out/1_character_mode.png"

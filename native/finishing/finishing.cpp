@@ -149,7 +149,7 @@ class Finisher {
 void Finisher::carve_all() {
   for (PartField& field : fields_) dropped_[field.bone] += keep_core_piece(field.psi, field.core);
   redistance(fields_);
-    carve(scene_, fields_, dropped_, stage(progress_, 0.1, 0.55));
+  carve(scene_, fields_, dropped_, stage(progress_, 0.1, 0.55));
   std::vector<char> changed(fields_.size(), 0);
   fill_hollows(fields_, scene_.character, changed, warnings_);
   redistance(fields_);
@@ -213,7 +213,10 @@ std::vector<std::string> Finisher::losses(double share_of_sample) const {
     if (share > kWorthTelling)
       told.push_back("Pieces of bone '" + name + "' that carving cut off were dropped: " + percent(share) + " of the target's volume.");
     const bool had_part = !scene_.segmentation.phi[field.bone].values.empty();
-    if (inside_count(field.psi) == 0 && had_part) told.push_back("Nothing is left of the part of bone '" + name + "'.");
+    const auto& bones = scene_.character.bones;
+    const bool carries = std::any_of(bones.begin(), bones.end(), [&](const Bone& b) { return b.parent == field.bone; });
+    if (inside_count(field.psi) == 0 && had_part)
+      told.push_back("Nothing is left of the part of bone '" + name + "'" + (carries ? ": what hangs on it is loose. Try another seed." : "."));
   }
   return told;
 }

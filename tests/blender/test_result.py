@@ -191,6 +191,18 @@ def test_the_fold_is_the_active_action_and_the_scenes_range_is_its(made):
     assert scene.frame_current == 1
 
 
+def test_markers_of_the_action_name_the_joints_that_start_to_turn_there(made):
+    rig, plan = made["rig"], made["schedule"]
+    markers = {m.frame: m.name.split(", ") for m in rig.animation_data.action.pose_markers}
+    assert sorted(markers) == [step.start for step in plan.steps]
+    for step in plan.steps:
+        before, after = (world_of_bones(rig, frame) for frame in (step.start, step.end))
+        for name in markers[step.start]:
+            parent = rig.pose.bones[name].parent.name
+            turned = (before[parent].inverted() @ before[name]).to_quaternion().rotation_difference((after[parent].inverted() @ after[name]).to_quaternion())
+            assert turned.angle > 0.01, name
+
+
 def test_parts_are_the_numbers_that_came_in(made):
     for part in made["parts"]:
         mesh = part.data

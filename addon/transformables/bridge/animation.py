@@ -19,7 +19,16 @@ def new_fold(rig, layout, schedule, result):
             points = [(frame, value, EASE if moves_on else HOLD) for frame, value, moves_on in keys[layout.first_angle[body] + offset]]
             curves.add(layout.lead(body), "rotation_euler", axis, points)
     _move_root(curves, rig, layout, schedule, result)
+    _mark_moves(action, layout, schedule)
     return action
+
+
+def _mark_moves(action, layout, schedule):
+    """A marker of the action where each move starts, named after the joints that turn."""
+    owners = {layout.first_angle[body] + k: layout.lead(body) for body, hinges in enumerate(layout.hinges) for k in range(len(hinges))}
+    for step in schedule.steps:
+        names = dict.fromkeys(owners[angle] for angle, _, _ in step.turns)  # in order, each once
+        action.pose_markers.new(", ".join(names)).frame = step.start
 
 
 def _move_root(curves, rig, layout, schedule, result):

@@ -23,6 +23,7 @@ PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: pri
 PREVIEW_CLEARANCE_MM = 0.05
 TRIED = 3                  # folded poses, of which the one is taken that loses least to carving when it unfolds
 EVALUATIONS = 5000         # of the objective, for each
+FINE = 96                  # voxels along the longest side, from which on a rehearsal takes too long: the best pose is taken as it is
 DIFFERENT = 0.15           # share of the target that goes to another bone, for poses to differ
 GOOD_ENOUGH_PCT = 2.5      # of the target, carved: the next pose is not tried then
 ROUGHLY = {"rounds": 1, "expansions": 200}   # how well the unfolding of each is searched, to tell them apart
@@ -140,7 +141,8 @@ class _Run:
         """Some poses that differ; the one that seems to lose least to carving is taken, or the next when it loses much after all: carving is
         rehearsed on samples. Skeletons that stick out of the target, or through themselves, are the last resort."""
         search["progress"] = self._progress("embedding", 0.0, 0.4)
-        found = self.tn.explore(self.character, self.target, count=TRIED, least_difference=DIFFERENT, evaluations=EVALUATIONS, **search)
+        tried = TRIED if self.options.resolution < FINE else 1
+        found = self.tn.explore(self.character, self.target, count=tried, least_difference=DIFFERENT, evaluations=EVALUATIONS, **search)
         sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
         rough = []
         for k, embedding in enumerate(sound if len(sound) > 1 else ()):
