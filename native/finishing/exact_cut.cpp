@@ -13,6 +13,10 @@ namespace {
 namespace pmp = CGAL::Polygon_mesh_processing;
 using Face = HalfedgeMesh::Face_index;
 
+/// Cutters come from a lattice, and so may coordinates of the target. Of boxes that begin at the same number CGAL takes first the one that is first
+/// in memory, which differs from run to run, and with it the order of the result: this move, far below what rounding does, leaves no two alike.
+const Eigen::Vector3d kOffLattice(1.37e-9, 2.11e-9, 1.73e-9);
+
 /// Carries each triangle's source through cutting and copying.
 struct SourceVisitor : pmp::Corefinement::Default_visitor<HalfedgeMesh> {
   struct Maps {
@@ -81,7 +85,9 @@ CuttableTarget::~CuttableTarget() = default;
 std::optional<SourcedMesh> CuttableTarget::cut(const TriangleMesh& cutter) const {
   if (!usable()) return std::nullopt;
   HalfedgeMesh target = surface_->mesh, tool, result;
-  if (!fill(tool, cutter)) return std::nullopt;
+  TriangleMesh moved = cutter;
+  for (auto& v : moved.vertices) v += kOffLattice;
+  if (!fill(tool, moved)) return std::nullopt;
   SourceVisitor::Maps maps{&target, source_map(target), source_map(result)};
   try {
     const bool manifold = pmp::corefine_and_compute_intersection(
