@@ -299,3 +299,16 @@ if __name__ == "__main__":
     code = pytest.main(["-q", "-rs", "-p", "no:cacheprovider", os.path.abspath(__file__)])
     sys.stdout.flush()
     os._exit(int(code))
+
+
+def test_a_preset_brings_back_the_settings_that_were_kept(scene, monkeypatch, tmp_path):
+    real = bpy.utils.user_resource
+    monkeypatch.setattr(bpy.utils, "user_resource", lambda kind, path="", create=False: str(tmp_path) if kind == "SCRIPTS" else real(kind, path=path, create=create))
+    settings = scene.transformables
+    settings.target_stage.size_mm, settings.finishing_stage.clearance_mm, settings.finishing_stage.style = 80, 0.5, "shell"
+    assert bpy.ops.transformables.add_preset(name="Small Shell") == {"FINISHED"}
+    written, = tmp_path.rglob("*.py")
+    settings.target_stage.size_mm, settings.finishing_stage.style = 150, "solid"
+    assert bpy.ops.script.execute_preset(filepath=str(written), menu_idname="TRANSFORMABLES_MT_presets") == {"FINISHED"}
+    assert settings.target_stage.size_mm == pytest.approx(80) and settings.finishing_stage.style == "shell"
+    assert settings.finishing_stage.clearance_mm == pytest.approx(0.5)

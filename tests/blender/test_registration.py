@@ -18,7 +18,7 @@ import pytest
 ADDON = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))), "addon")
 OPERATORS = ("design", "cancel", "check_character", "check_target", "embed", "segment", "plan_fold", "finish", "hide_pose",
              "explore", "continue_pose", "pose_guide", "list_bones", "use_solution", "delete_solution",
-             "add_edit", "remove_edit", "move_seam")
+             "add_edit", "remove_edit", "move_seam", "add_preset")
 PANELS = ("main", "character", "target", "embedding", "segmentation", "folding", "finishing")
 
 if ADDON not in sys.path:

@@ -17,9 +17,9 @@ def _properties():
 
 
 def _operators_and_panels():
-    from ..ui import job_operator, panel
+    from ..ui import job_operator, panel, presets
 
-    return [cls for module in (job_operator, panel, *_modules("operators"), *_modules("panel")) for cls in module.CLASSES]
+    return [cls for module in (job_operator, presets, panel, *_modules("operators"), *_modules("panel")) for cls in module.CLASSES]
 
 
 def register():

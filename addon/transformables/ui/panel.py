@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import fingerprint, session, settings
+from . import fingerprint, presets, session, settings
 from .words import labels
 
 
@@ -59,6 +59,7 @@ class TRANSFORMABLES_PT_main(bpy.types.Panel):
     def draw(self, context):
         layout = self.layout
         self._draw_picks(context, layout.column())
+        presets.draw(layout)
         if session.current() is None:
             row = layout.row()
             row.scale_y = 1.8
