@@ -4,24 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "cases.h"
 #include "finishing/certificate.h"
 
 namespace transformables {
 namespace {
 
 using Eigen::Vector3d;
-
-TriangleMesh box_mesh(const Vector3d& low, const Vector3d& high) {
-  TriangleMesh mesh;
-  for (int n = 0; n < 8; ++n)
-    mesh.vertices.emplace_back(n & 1 ? high.x() : low.x(), n & 2 ? high.y() : low.y(), n & 4 ? high.z() : low.z());
-  for (const auto& q : {Eigen::Vector4i(0, 2, 3, 1), Eigen::Vector4i(4, 5, 7, 6), Eigen::Vector4i(0, 1, 5, 4),
-                        Eigen::Vector4i(2, 6, 7, 3), Eigen::Vector4i(0, 4, 6, 2), Eigen::Vector4i(1, 3, 7, 5)}) {
-    mesh.triangles.emplace_back(q[0], q[1], q[2]);
-    mesh.triangles.emplace_back(q[0], q[2], q[3]);
-  }
-  return mesh;
-}
 
 ArmatureBone bone(const char* name, int parent, const Vector3d& head, std::vector<int> axes) {
   ArmatureBone b{name, parent, head, head + Vector3d(0, 0.1, 0), Eigen::Matrix3d::Identity(), {}};
