@@ -35,14 +35,17 @@ void bind_finishing(py::module_& m) {
       .def_readonly("minimum_clearance", &Parts::minimum_clearance)
       .def_readonly("carved_volume_pct", &Parts::carved_volume_pct)
       .def_readonly("filled_volume_pct", &Parts::filled_volume_pct)
+      .def_readonly("pinned", &Parts::pinned)
       .def_readonly("warnings", &Parts::warnings);
 
   m.def(
       "finish",
       [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding, const FoldPath& path,
-         double clearance, const std::string& style, double wall, int threads, bool exact_surface, const py::object& progress) {
+         double clearance, const std::string& style, double wall, int threads, bool exact_surface, bool hinges,
+         const py::object& progress) {
         FinishingOptions options;
         options.exact_surface = exact_surface;
+        options.hinges = hinges;
         options.clearance = clearance;
         options.wall = wall;
         options.threads = threads;
@@ -54,7 +57,7 @@ void bind_finishing(py::module_& m) {
       },
       py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::arg("path"), py::kw_only(),
       py::arg("clearance"), py::arg("style") = "solid", py::arg("wall") = 0.004, py::arg("threads") = 0, py::arg("exact_surface") = true,
-      py::arg("progress") = py::none(),
+      py::arg("hinges") = true, py::arg("progress") = py::none(),
       "Clearance, carving along the path, meshes, checks, proof. clearance and wall: target units. Raises InvalidInput, Cancelled.");
 }
 

@@ -37,7 +37,8 @@ struct SourceVisitor : pmp::Corefinement::Default_visitor<HalfedgeMesh> {
 };
 
 /// The piece with the largest volume; others, and cavities, which have a negative one, are left out.
-SourcedMesh largest_piece(const SourcedMesh& all) {
+/// @param dropped  the volume of other pieces is put there
+SourcedMesh largest_piece(const SourcedMesh& all, double& dropped) {
   const TriangleMesh& m = all.mesh;
   std::vector<int> root(m.vertices.size());
   std::iota(root.begin(), root.end(), 0);
@@ -48,8 +49,10 @@ SourcedMesh largest_piece(const SourcedMesh& all) {
   for (const auto& t : m.triangles)
     for (int k = 1; k < 3; ++k) root[find(t[k])] = find(t[0]);
   std::vector<double> volume(m.vertices.size(), 0);
-  for (const auto& t : m.triangles) volume[find(t[0])] += m.vertices[t[0]].dot(m.vertices[t[1]].cross(m.vertices[t[2]]));
+  for (const auto& t : m.triangles) volume[find(t[0])] += m.vertices[t[0]].dot(m.vertices[t[1]].cross(m.vertices[t[2]])) / 6;
   const int kept = int(std::max_element(volume.begin(), volume.end()) - volume.begin());
+  dropped = 0;
+  for (std::size_t v = 0; v < volume.size(); ++v) dropped += int(v) == kept ? 0 : std::max(0.0, volume[v]);
   SourcedMesh piece;
   std::vector<int> index(m.vertices.size(), -1);
   for (std::size_t n = 0; n < m.triangles.size(); ++n) {
@@ -64,6 +67,37 @@ SourcedMesh largest_piece(const SourcedMesh& all) {
     piece.source.push_back(all.source[n]);
   }
   return piece;
+}
+
+bool fill_with_source(HalfedgeMesh& into, const SourcedMesh& from) {
+  if (!fill(into, from.mesh)) return false;
+  SourceMap source = source_map(into);
+  for (const Face f : into.faces()) source[f] = from.source[std::size_t(f)];
+  return true;
+}
+
+using Corefine = bool (*)(HalfedgeMesh&, HalfedgeMesh&, HalfedgeMesh&, const SourceVisitor&);
+
+template <class Visitor>
+auto careful(const Visitor& visitor) {
+  return CGAL::parameters::visitor(visitor).throw_on_self_intersection(true);
+}
+
+/// What `corefine` makes of a mesh with sources and a tool.
+std::optional<SourcedMesh> corefined(HalfedgeMesh& mesh, const TriangleMesh& tool_mesh, Corefine corefine) {
+  HalfedgeMesh tool, result;
+  TriangleMesh moved = tool_mesh;
+  for (auto& v : moved.vertices) v += kOffLattice;
+  if (!fill(tool, moved)) return std::nullopt;
+  SourceVisitor::Maps maps{&mesh, source_map(mesh), source_map(result)};
+  try {
+    if (!corefine(mesh, tool, result, SourceVisitor(maps)) || result.number_of_faces() == 0) return std::nullopt;
+  } catch (const pmp::Corefinement::Self_intersection_exception&) {
+    return std::nullopt;  // the mesh meets itself near the cut
+  } catch (const CGAL::Failure_exception&) {
+    return std::nullopt;  // a mesh that meets itself breaks CGAL's assumptions in other ways, too
+  }
+  return arrays_of(result, maps.result_source);
 }
 
 }  // namespace
@@ -84,21 +118,28 @@ CuttableTarget::~CuttableTarget() = default;
 
 std::optional<SourcedMesh> CuttableTarget::cut(const TriangleMesh& cutter) const {
   if (!usable()) return std::nullopt;
-  HalfedgeMesh target = surface_->mesh, tool, result;
-  TriangleMesh moved = cutter;
-  for (auto& v : moved.vertices) v += kOffLattice;
-  if (!fill(tool, moved)) return std::nullopt;
-  SourceVisitor::Maps maps{&target, source_map(target), source_map(result)};
-  try {
-    const bool manifold = pmp::corefine_and_compute_intersection(
-        target, tool, result, CGAL::parameters::visitor(SourceVisitor(maps)).throw_on_self_intersection(true));
-    if (!manifold || result.number_of_faces() == 0) return std::nullopt;
-  } catch (const pmp::Corefinement::Self_intersection_exception&) {
-    return std::nullopt;  // the target meets itself near the cut
-  } catch (const CGAL::Failure_exception&) {
-    return std::nullopt;  // a target that meets itself breaks CGAL's assumptions in other ways, too
-  }
-  return largest_piece(arrays_of(result, maps.result_source));
+  HalfedgeMesh target = surface_->mesh;
+  const auto common = corefined(target, cutter, [](HalfedgeMesh& a, HalfedgeMesh& b, HalfedgeMesh& out, const SourceVisitor& visitor) {
+    return pmp::corefine_and_compute_intersection(a, b, out, careful(visitor));
+  });
+  double dropped = 0;
+  return common ? std::optional(largest_piece(*common, dropped)) : std::nullopt;
+}
+
+std::optional<SourcedMesh> combined(const SourcedMesh& first, const TriangleMesh& second, Combination how, double most_dropped) {
+  HalfedgeMesh mesh;
+  if (!fill_with_source(mesh, first)) return std::nullopt;
+  const Corefine join = [](HalfedgeMesh& a, HalfedgeMesh& b, HalfedgeMesh& out, const SourceVisitor& visitor) {
+    return pmp::corefine_and_compute_union(a, b, out, careful(visitor));
+  };
+  const Corefine take = [](HalfedgeMesh& a, HalfedgeMesh& b, HalfedgeMesh& out, const SourceVisitor& visitor) {
+    return pmp::corefine_and_compute_difference(a, b, out, careful(visitor));
+  };
+  const auto all = corefined(mesh, second, how == Combination::kUnion ? join : take);
+  if (!all) return std::nullopt;
+  double dropped = 0;
+  SourcedMesh piece = largest_piece(*all, dropped);
+  return dropped > most_dropped ? std::nullopt : std::optional(std::move(piece));
 }
 
 }  // namespace transformables::finishing

@@ -1,4 +1,4 @@
-// The target's own surface, cut by a part's interfaces (CGAL corefinement).
+// Solids cut and joined exactly (CGAL corefinement): the target by a part's interfaces, a part by its hinges.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -36,6 +36,12 @@ class CuttableTarget {
   struct Surface;
   std::unique_ptr<Surface> surface_;
 };
+
+enum class Combination { kUnion, kDifference };
+
+/// Two closed simple solids made one, or the second taken from the first, in one piece, cavities filled; the second's triangles have no
+/// source. Nothing when it could not be computed as a manifold, or more than `most_dropped` (a volume) lies in pieces apart from the largest.
+std::optional<SourcedMesh> combined(const SourcedMesh& first, const TriangleMesh& second, Combination how, double most_dropped);
 
 /// Rounds a simple closed mesh, moved by `into`, to single precision, and mends what rounding broke: edges that became too short
 /// are collapsed, flat caps flipped. False when the result still meets itself.

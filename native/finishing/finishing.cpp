@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "finishing/carve.h"
 #include "finishing/certificate.h"
+#include "finishing/hinges.h"
 #include "finishing/outer_surface.h"
 #include "finishing/part_field.h"
 #include "finishing/topology.h"
@@ -20,6 +22,7 @@ using namespace finishing;
 
 constexpr int kProofs = 10;            ///< tries to prove the motion, pairs that fail being set further apart after each
 constexpr int kExactProofs = 7;        ///< of them, those after which parts that still fail may keep the target's own triangles
+constexpr int kPatience = 2;           ///< of them, those before a hinge is given up for a place beside it
 constexpr double kMore = 0.25;         ///< steps by which parts that touch are set further apart, for each try
 constexpr double kProvable = 1e-4;     ///< target units: a proof never asks for less of a gap to look at than this
 constexpr double kTouching = 0.02;     ///< of that, the least gap that is not a touch
@@ -124,7 +127,9 @@ Progress stage(const Progress& progress, double from, double to) {
 class Finisher {
  public:
   Finisher(const Scene& scene, const Target& target, std::vector<PartField> fields, const Progress& progress)
-      : scene_(scene), fields_(std::move(fields)), dropped_(fields_.size(), 0), mesher_(scene, target), progress_(progress) {}
+      : scene_(scene), fields_(std::move(fields)), dropped_(fields_.size(), 0), mesher_(scene, target), progress_(progress) {
+    if (scene.options.hinges && !scene.path.moves.empty()) hinges_.emplace(scene);
+  }
 
   void carve_all();
   void mesh_and_prove();
@@ -133,12 +138,14 @@ class Finisher {
  private:
   void prove(double from, double to);
   bool set_apart(int round);
+  void mesh(std::vector<char>& changed);
   std::vector<std::string> losses(double share_of_sample) const;
 
   const Scene& scene_;
   std::vector<PartField> fields_;
   std::vector<std::size_t> dropped_;
   Mesher mesher_;
+  std::optional<Hinges> hinges_;
   std::vector<Part> parts_;
   std::vector<char> changed_;   // since the last proof; empty before the first
   Certificate certificate_;
@@ -176,6 +183,8 @@ bool Finisher::set_apart(int round) {
       for (const int bone : {place.bone_a, place.bone_b}) changed[bone] |= char(mesher_.give_up_exact(bone));
   Demands demands;
   for (const Uncertified& place : certificate_.open) {
+    if (getenv("HDBG")) std::fprintf(stderr, "OPEN %d-%d dist %.4f mm reason %d\n", place.bone_a, place.bone_b, place.distance*300, int(place.reason));
+    if (hinges_ && hinges_->give_up(place.bone_a, place.bone_b, scene_.segmentation.frames[place.bone_a] * place.on_a, round < kPatience, changed)) continue;
     Demand& demand = demands[{place.bone_a, place.bone_b}];
     const double missing = std::max(0.0, scene_.options.clearance - place.distance);
     demand.extra = std::max(demand.extra, missing + kMore * (round + 1) * scene_.lattice.step());
@@ -191,13 +200,20 @@ bool Finisher::set_apart(int round) {
     any = any || changed[n];
     if (carved[n]) fields_[n].distance = redistanced(fields_[n].psi);
   }
-  if (any) parts_ = mesher_.mesh(fields_, changed);
+  if (any) mesh(changed);
   return any;
+}
+
+/// Makes the parts that changed; flags of those that change with them are set.
+void Finisher::mesh(std::vector<char>& changed) {
+  const std::vector<Part>& plain = mesher_.mesh(fields_, changed);
+  parts_ = hinges_ ? hinges_->fit(plain, fields_, changed) : plain;
 }
 
 void Finisher::mesh_and_prove() {
   progress_(0.6, "extracting surfaces");
-  parts_ = mesher_.mesh(fields_, std::vector<char>(fields_.size(), 1));
+  std::vector<char> all(fields_.size(), 1);
+  mesh(all);
   if (scene_.path.moves.empty()) return;
   for (int round = 0;; ++round) {
     prove(0.7 + 0.02 * round, 0.72 + 0.02 * round);
@@ -235,7 +251,8 @@ Parts Finisher::result(double before, double target_volume) && {
   parts.parts = std::move(parts_);
   parts.certificate = std::move(certificate_);
   parts.warnings = std::move(warnings_);
-  for (const auto& more : {mesher_.warnings(), losses(share)}) parts.warnings.insert(parts.warnings.end(), more.begin(), more.end());
+  if (hinges_) parts.pinned = hinges_->pinned();
+  for (const auto& more : {mesher_.warnings(), losses(share), hinges_ ? hinges_->warnings() : std::vector<std::string>{}}) parts.warnings.insert(parts.warnings.end(), more.begin(), more.end());
   return parts;
 }
 

@@ -26,6 +26,7 @@ struct FinishingOptions {
   int refinement = 2;           ///< finer grid for the surfaces: samples a voxel edge
   double largest_step_rad = 0.05;
   bool exact_surface = true;    ///< the target's own triangles outside, cut exactly; false: all surfaces from level sets
+  bool hinges = true;           ///< a pin, a clevis and a tongue at joints of one axis, where there is room; false: balls in sockets
   double least_share = 0.35;    ///< of the clearance, that the proof of the motion asks for; 0: only that nothing touches
   int threads = 0;
 };
@@ -37,6 +38,7 @@ struct Parts {
   double minimum_clearance = 0;            ///< over the motion, target units: what is proved, or where there is no proof, what samples show
   double carved_volume_pct = 0;            ///< of the target's volume
   double filled_volume_pct = 0;            ///< of the target's volume, by the parts' meshes
+  std::vector<int> pinned;                 ///< bones whose joint with their parent has a pin
   std::vector<std::string> warnings;       ///< crumbs dropped, thin places; one sentence each
 };
 

@@ -1,0 +1,288 @@
+#include "finishing/hinges.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "finishing/exact_cut.h"
+#include "finishing/finishing.h"
+#include "finishing/joint_room.h"
+#include "finishing/motion.h"
+
+namespace transformables::finishing {
+namespace {
+
+// In steps of the lattice, on which surfaces stand to a tenth.
+constexpr double kUnder = 0.35;        ///< under the body's surface from where what carries must be solid
+constexpr double kRoot = 0.8;          ///< how deep it is rooted in the body
+constexpr double kDepth = 0.15;        ///< a field's value from which on it is solid
+constexpr double kSurface = 0.1;       ///< between what is added and the target's surface
+constexpr double kCrumb = 0.004;       ///< of a part's volume: pieces that a hinge may cut off
+constexpr double kInto = 0.2;          ///< of the housing's radius: how far a block reaches into what it carries
+constexpr int kAroundRing = 24;
+
+Eigen::Isometry3d joint_frame(const Eigen::Isometry3d& bone, int axis) {
+  Eigen::Isometry3d frame = bone;
+  frame.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), bone.linear().col(axis)).toRotationMatrix();
+  return frame;
+}
+
+TriangleMesh moved(TriangleMesh mesh, const Eigen::Isometry3d& by) {
+  for (Eigen::Vector3d& v : mesh.vertices) v = by * v;
+  return mesh;
+}
+
+void append(TriangleMesh& mesh, const TriangleMesh& more) {
+  const int first = int(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
+  for (const auto& t : more.triangles) mesh.triangles.push_back(t.array() + first);
+}
+
+/// Rows of a sphere map wholly above a height, and wholly within it, at a radius.
+struct Zones {
+  int above_to, within_from, within_to;   ///< rows 0 to above_to; the same from below by mirror symmetry
+};
+Zones zones(double height_above, double radius_above, double height_within, double radius_within) {
+  const double cell = polar_edge(1);
+  const double above = std::acos(std::min(1.0, height_above / radius_above)), within = std::acos(std::min(1.0, height_within / radius_within));
+  return {int(std::floor(above / cell)) - 1, int(std::ceil(within / cell)), SphereMap::kRows - 1 - int(std::ceil(within / cell))};
+}
+
+/// One joint as it is examined: fields of both parts, and what is solid and free on a sphere about it.
+class JointExaminer {
+ public:
+  JointExaminer(const Lattice& lattice, const PartField& child, const PartField& parent, const Eigen::Isometry3d& frame, const HingeSize& size,
+                std::pair<double, double> range)
+      : child_(child), frame_(frame), size_(size), step_(lattice.step()), body_(size.outer + size.gap / 2) {
+    neck_ = solid_between(child.psi, frame, size.outer + kUnder * step_, size.outer + kRoot * step_, kDepth * step_);
+    arms_ = solid_between(parent.psi, frame, body_ + kUnder * step_, body_ + kRoot * step_, kDepth * step_);
+    const SphereMap free = free_between(child.psi, frame, size.outer, body_ + kUnder * step_, size.gap, range);
+    for (int row = 0; row < SphereMap::kRows; ++row)
+      for (int c = 0; c < SphereMap::kColumns; ++c) arms_.set(row, c, arms_.at(row, c) && free.at(row, c));
+  }
+
+  /// The tongue is the child's, ears and pin the parent's.
+  std::optional<HingeSolids> tongue_on_child() const {
+    const Zones z = zones(size_.ear_face(), reach_in(), size_.half_tongue, size_.outer + kRoot * step_);
+    if (!neck_.largest(z.within_from, z.within_to) || !ring_is_whole()) return std::nullopt;
+    const std::vector<Block> blocks = both_ends(arms_, z);
+    if (blocks.empty()) return std::nullopt;
+    return solids(spool(size_.outer, size_.half_tongue, size_.hole()), spool(size_.inner, size_.ear_face(), size_.pin), blocks);
+  }
+
+  /// The tongue is the parent's.
+  std::optional<HingeSolids> tongue_on_parent() const {
+    const Zones z = zones(size_.ear_face(), size_.outer, size_.half_tongue, body_ + kRoot * step_);
+    if (both_ends(neck_, z).empty() || !ears_are_whole()) return std::nullopt;
+    const auto arm = arms_.largest(z.within_from, z.within_to);
+    if (!arm) return std::nullopt;
+    return solids(ring(size_.outer, size_.ear_face(), size_.pin), ring(size_.inner, size_.half_tongue, size_.hole()), {*arm});
+  }
+
+ private:
+  double reach_in() const { return size_.inner - kInto * size_.outer; }
+  bool child_has(const Eigen::Vector3d& p) const { return sample(child_.psi, frame_ * p) < 0; }
+
+  static std::vector<Block> both_ends(const SphereMap& map, const Zones& z) {
+    std::vector<Block> blocks;
+    for (const auto& found : {map.largest(0, z.above_to), map.largest(SphereMap::kRows - 1 - z.above_to, SphereMap::kRows - 1)})
+      if (found) blocks.push_back(*found);
+    return blocks;
+  }
+
+  bool ring_is_whole() const {
+    const double middle = (size_.hole() + size_.outer - size_.gap) / 2;
+    for (int n = 0; n < kAroundRing; ++n) {
+      const double a = azimuth_edge(n * SphereMap::kColumns / kAroundRing);
+      if (!child_has({middle * std::cos(a), middle * std::sin(a), 0})) return false;
+    }
+    return true;
+  }
+
+  bool ears_are_whole() const {
+    const double middle = (size_.ear_face() + size_.outer - size_.gap) / 2;
+    return child_has({0, 0, middle}) && child_has({0, 0, -middle}) && child_has({0, 0, 0});
+  }
+
+  std::optional<HingeSolids> solids(const TriangleMesh& taken, const TriangleMesh& given, const std::vector<Block>& blocks) const {
+    std::optional<SourcedMesh> whole = SourcedMesh{given, std::vector<std::int32_t>(given.triangles.size(), -1)};
+    for (Block b : blocks) {
+      b.from = reach_in(), b.to = body_ + kRoot * step_;
+      if (whole) whole = combined(*whole, block(b), Combination::kUnion, 0);
+    }
+    if (!whole) return std::nullopt;
+    return HingeSolids{frame_.translation(), size_.outer - size_.gap / 2, body_, moved(taken, frame_), moved(whole->mesh, frame_)};
+  }
+
+  const PartField& child_;
+  const Eigen::Isometry3d frame_;
+  const HingeSize size_;
+  const double step_, body_;    // `body`: the radius at which the parent's own body begins
+  SphereMap neck_, arms_;
+};
+
+}  // namespace
+
+Hinges::Hinges(const Scene& scene)
+    : scene_(scene), range_(scene.character.bones.size(), {0, 0}), state_(range_.size(), State::kNone), solids_(range_.size()), all_(range_.size()) {
+  const Eigen::VectorXd& folded = scene.embedding.pose.angles;
+  for (const Eigen::VectorXd& angles : states_of(scene.path, folded))
+    for (std::size_t n = 0; n < range_.size(); ++n) {
+      const Bone& bone = scene.character.bones[n];
+      if (bone.hinges.size() != 1) continue;
+      const double turned = angles[bone.first_angle] - folded[bone.first_angle];
+      range_[n] = {std::min(range_[n].first, turned), std::max(range_[n].second, turned)};
+    }
+}
+
+Hinges::State Hinges::plan_joint(int child, const std::vector<PartField>& fields, std::optional<HingeSolids>& solids) const {
+  const Bone& bone = scene_.character.bones[std::size_t(child)];
+  const PartField &own = fields[std::size_t(child)], &parent = fields[std::size_t(bone.parent)];
+  if (inside_count(own.psi) == 0 || inside_count(parent.psi) == 0) return State::kNone;
+  if (bone.hinges.size() != 1) return State::kManyAxes;
+  const Eigen::Isometry3d frame = joint_frame(scene_.segmentation.frames[std::size_t(child)], bone.hinges[0].axis);
+  const Lattice& lattice = scene_.lattice;
+  const double depth = -double(sample(lattice.outer, frame.translation())) - kSurface * lattice.step();
+  HingeSize size;
+  if (!hinge_size(bone.radius, lattice.gap, bone.radius, size)) return State::kWeak;
+  if (!hinge_size(bone.radius, lattice.gap, depth, size)) return State::kNoRoom;
+  const JointExaminer joint(lattice, own, parent, frame, size, range_[std::size_t(child)]);
+  solids = joint.tongue_on_child();
+  if (!solids) solids = joint.tongue_on_parent();
+  return solids && !crowded(child, *solids) ? State::kPinned : State::kNoRoom;
+}
+
+/// Whether another hinge of one of the two bones is too near.
+bool Hinges::crowded(int child, const HingeSolids& solids) const {
+  const auto& bones = scene_.character.bones;
+  const int parent = bones[std::size_t(child)].parent;
+  for (int other = 0; other < child; ++other) {
+    const auto& theirs = solids_[std::size_t(other)];
+    const int up = bones[std::size_t(other)].parent;
+    if (!theirs || (other != parent && up != parent && up != child)) continue;
+    if ((theirs->centre - solids.centre).norm() < theirs->radius + solids.radius + scene_.lattice.step()) return true;
+  }
+  return false;
+}
+
+void Hinges::plan(const std::vector<PartField>& fields, std::vector<char>& changed) {
+  const std::vector<char> fields_changed = changed;
+  for (int child = 0; child < int(state_.size()); ++child) {
+    const int parent = scene_.character.bones[std::size_t(child)].parent;
+    State& state = state_[std::size_t(child)];
+    if (parent < 0 || state == State::kGivenUp || state == State::kNoCut) continue;
+    if (!fields_changed[std::size_t(child)] && !fields_changed[std::size_t(parent)]) continue;
+    auto& solids = solids_[std::size_t(child)];
+    solids.reset();
+    state = plan_joint(child, fields, solids);
+    if (state != State::kPinned) solids.reset();
+    changed[std::size_t(child)] = changed[std::size_t(parent)] = 1;
+  }
+}
+
+std::vector<int> Hinges::joints_of(int bone) const {
+  std::vector<int> joints;
+  for (int joint = 0; joint < int(solids_.size()); ++joint)
+    if (solids_[std::size_t(joint)] && (joint == bone || scene_.character.bones[std::size_t(joint)].parent == bone)) joints.push_back(joint);
+  return joints;
+}
+
+/// A part with the hinges of some of its joints.
+std::optional<Part> Hinges::fitted(const Part& plain, const std::vector<int>& joints) const {
+  const Eigen::Isometry3d into = scene_.segmentation.frames[std::size_t(plain.bone)].inverse(Eigen::Isometry);
+  TriangleMesh given;
+  std::optional<SourcedMesh> solid = SourcedMesh{plain.mesh, plain.source};
+  for (const int joint : joints) {
+    const HingeSolids& hinge = *solids_[std::size_t(joint)];
+    if (joint == plain.bone) solid = combined(*solid, moved(hinge.taken, into), Combination::kDifference, kCrumb * plain.volume);
+    else append(given, moved(hinge.given, into));
+    if (!solid) return std::nullopt;
+  }
+  if (!given.empty()) solid = combined(*solid, given, Combination::kUnion, kCrumb * plain.volume);
+  if (!solid || !round_and_tidy(*solid, Eigen::Isometry3d::Identity()) || !check(solid->mesh).good()) return std::nullopt;
+  const double volume = signed_volume(solid->mesh);
+  return Part{plain.bone, std::move(solid->mesh), std::move(solid->source), volume};
+}
+
+/// Joints for which a part can't be cut: those that fail alone, or when none does, all.
+std::vector<int> Hinges::culprits(const Part& plain) const {
+  const std::vector<int> joints = joints_of(plain.bone);
+  std::vector<int> failing;
+  for (const int joint : joints)
+    if (!fitted(plain, {joint})) failing.push_back(joint);
+  return failing.empty() ? joints : failing;
+}
+
+const std::vector<Part>& Hinges::fit(const std::vector<Part>& plain, const std::vector<PartField>& fields, std::vector<char>& changed) {
+  plan(fields, changed);
+  std::vector<char> wanted = changed;
+  while (std::count(wanted.begin(), wanted.end(), 1) > 0) {
+    std::vector<std::vector<int>> failed(plain.size());
+    tbb::parallel_for(std::size_t(0), plain.size(), [&](std::size_t n) {
+      const auto bone = std::size_t(plain[n].bone);
+      if (!wanted[bone]) return;
+      const std::vector<int> joints = joints_of(plain[n].bone);
+      auto part = joints.empty() ? std::optional(plain[n]) : fitted(plain[n], joints);
+      if (part) all_[bone] = std::move(*part);
+      else failed[n] = culprits(plain[n]);
+    });
+    std::fill(wanted.begin(), wanted.end(), 0);
+    if (getenv("HDBG")) for (std::size_t n = 0; n < failed.size(); ++n) for (int j : failed[n]) std::fprintf(stderr, "NOCUT part %d joint %d\n", plain[n].bone, j);
+    for (const auto& joints : failed)
+      for (const int joint : joints) drop(joint, State::kNoCut, wanted);
+    for (std::size_t n = 0; n < wanted.size(); ++n) changed[n] |= wanted[n];
+  }
+  kept_.clear();
+  for (const Part& part : plain) kept_.push_back(all_[std::size_t(part.bone)]);
+  return kept_;
+}
+
+void Hinges::drop(int joint, State why, std::vector<char>& changed) {
+  state_[std::size_t(joint)] = why;
+  solids_[std::size_t(joint)].reset();
+  changed[std::size_t(joint)] = changed[std::size_t(scene_.character.bones[std::size_t(joint)].parent)] = 1;
+}
+
+bool Hinges::give_up(int bone_a, int bone_b, const Eigen::Vector3d& place, bool patient, std::vector<char>& changed) {
+  const auto& bones = scene_.character.bones;
+  const int joint = bones[std::size_t(bone_a)].parent == bone_b ? bone_a : bone_b;
+  const auto& solids = solids_[std::size_t(joint)];
+  if (bones[std::size_t(joint)].parent != (joint == bone_a ? bone_b : bone_a) || !solids) return false;
+  const double near = patient ? solids->inside : solids->radius + kRoot * scene_.lattice.step();
+  if ((solids->centre - place).norm() > near) return false;
+  if (getenv("HDBG")) {
+    Eigen::Isometry3d f = joint_frame(scene_.segmentation.frames[std::size_t(joint)], bones[std::size_t(joint)].hinges[0].axis);
+    Eigen::Vector3d q = f.inverse() * place; 
+    std::fprintf(stderr, "GIVE %s r=%.2f place R %.2f z %.2f rho %.2f (housing radii) on %s\n", bones[std::size_t(joint)].name.c_str(), bones[std::size_t(joint)].radius*300, q.norm()/bones[std::size_t(joint)].radius, q.z()/bones[std::size_t(joint)].radius, q.head<2>().norm()/bones[std::size_t(joint)].radius, bone_a==joint?"child":"parent");
+  }
+  drop(joint, State::kGivenUp, changed);
+  return true;
+}
+
+std::vector<int> Hinges::pinned() const {
+  std::vector<int> bones;
+  for (int joint = 0; joint < int(solids_.size()); ++joint)
+    if (solids_[std::size_t(joint)]) bones.push_back(joint);
+  return bones;
+}
+
+std::vector<std::string> Hinges::warnings() const {
+  const std::array<std::pair<State, const char*>, 5> reasons{{
+      {State::kManyAxes, "they turn about several axes, so a ball turns in a socket that you have to make hold it"},
+      {State::kWeak, "a pin would be too weak there: the clearance is wide for bones this thin. Print larger"},
+      {State::kNoRoom, "there is no room for its ears beside the joint"},
+      {State::kNoCut, "cutting it gave no simple solid"},
+      {State::kGivenUp, "with one the parts would touch"}}};
+  std::vector<std::string> result;
+  for (const auto& [state, why] : reasons) {
+    std::string names;
+    for (std::size_t n = 0; n < state_.size(); ++n)
+      if (state_[n] == state) names += (names.empty() ? "'" : ", '") + scene_.character.bones[n].name + "'";
+    if (!names.empty()) result.push_back("No pin holds the joints of " + names + ": " + why + ".");
+  }
+  return result;
+}
+
+}  // namespace transformables::finishing
