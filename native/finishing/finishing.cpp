@@ -22,7 +22,6 @@ using namespace finishing;
 
 constexpr int kProofs = 10;            ///< tries to prove the motion, pairs that fail being set further apart after each
 constexpr int kExactProofs = 7;        ///< of them, those after which parts that still fail may keep the target's own triangles
-constexpr int kPatience = 2;           ///< of them, those before a hinge is given up for a place beside it
 constexpr double kMore = 0.25;         ///< steps by which parts that touch are set further apart, for each try
 constexpr double kProvable = 1e-4;     ///< target units: a proof never asks for less of a gap to look at than this
 constexpr double kTouching = 0.02;     ///< of that, the least gap that is not a touch
@@ -127,26 +126,24 @@ Progress stage(const Progress& progress, double from, double to) {
 class Finisher {
  public:
   Finisher(const Scene& scene, const Target& target, std::vector<PartField> fields, const Progress& progress)
-      : scene_(scene), fields_(std::move(fields)), dropped_(fields_.size(), 0), mesher_(scene, target), progress_(progress) {
-    if (scene.options.hinges && !scene.path.moves.empty()) hinges_.emplace(scene);
-  }
+      : scene_(scene), fields_(std::move(fields)), dropped_(fields_.size(), 0), mesher_(scene, target), progress_(progress) {}
 
   void carve_all();
   void mesh_and_prove();
+  void add_hinges();
   Parts result(double before, double target_volume) &&;
 
  private:
   void prove(double from, double to);
   bool set_apart(int round);
-  void mesh(std::vector<char>& changed);
   std::vector<std::string> losses(double share_of_sample) const;
 
   const Scene& scene_;
   std::vector<PartField> fields_;
   std::vector<std::size_t> dropped_;
   Mesher mesher_;
-  std::optional<Hinges> hinges_;
   std::vector<Part> parts_;
+  std::optional<Hinges> hinges_;
   std::vector<char> changed_;   // since the last proof; empty before the first
   Certificate certificate_;
   std::vector<std::string> warnings_;
@@ -183,8 +180,6 @@ bool Finisher::set_apart(int round) {
       for (const int bone : {place.bone_a, place.bone_b}) changed[bone] |= char(mesher_.give_up_exact(bone));
   Demands demands;
   for (const Uncertified& place : certificate_.open) {
-    if (getenv("HDBG")) std::fprintf(stderr, "OPEN %d-%d dist %.4f mm reason %d\n", place.bone_a, place.bone_b, place.distance*300, int(place.reason));
-    if (hinges_ && hinges_->give_up(place.bone_a, place.bone_b, scene_.segmentation.frames[place.bone_a] * place.on_a, round < kPatience, changed)) continue;
     Demand& demand = demands[{place.bone_a, place.bone_b}];
     const double missing = std::max(0.0, scene_.options.clearance - place.distance);
     demand.extra = std::max(demand.extra, missing + kMore * (round + 1) * scene_.lattice.step());
@@ -200,24 +195,38 @@ bool Finisher::set_apart(int round) {
     any = any || changed[n];
     if (carved[n]) fields_[n].distance = redistanced(fields_[n].psi);
   }
-  if (any) mesh(changed);
+  if (any) parts_ = mesher_.mesh(fields_, changed);
   return any;
-}
-
-/// Makes the parts that changed; flags of those that change with them are set.
-void Finisher::mesh(std::vector<char>& changed) {
-  const std::vector<Part>& plain = mesher_.mesh(fields_, changed);
-  parts_ = hinges_ ? hinges_->fit(plain, fields_, changed) : plain;
 }
 
 void Finisher::mesh_and_prove() {
   progress_(0.6, "extracting surfaces");
-  std::vector<char> all(fields_.size(), 1);
-  mesh(all);
+  parts_ = mesher_.mesh(fields_, std::vector<char>(fields_.size(), 1));
   if (scene_.path.moves.empty()) return;
   for (int round = 0;; ++round) {
     prove(0.7 + 0.02 * round, 0.72 + 0.02 * round);
     if (certificate_.holds || round + 1 == kProofs || !set_apart(round)) return;
+  }
+}
+
+/// Hinges come last, into parts that are proved without them: where the proof fails now, it is theirs to go.
+void Finisher::add_hinges() {
+  if (!scene_.options.hinges || !certificate_.holds || scene_.path.moves.empty()) return;
+  progress_(0.93, "fitting hinges");
+  const Certificate without = certificate_;
+  hinges_.emplace(scene_, std::move(parts_), fields_);
+  changed_.assign(fields_.size(), 1);
+  for (double at = 0.94;; at += 0.5 * (1 - at)) {
+    parts_ = hinges_->parts();
+    prove(at, at + 0.5 * (1 - at));
+    if (certificate_.holds) return;
+    changed_ = hinges_->give_up(certificate_.open);
+    if (std::count(changed_.begin(), changed_.end(), 1) > 0) continue;
+    parts_ = hinges_->plain();
+    certificate_ = without;
+    hinges_.reset();
+    warnings_.push_back("No joint has a pin: parts that have no hinges could not be proved apart again beside them.");
+    return;
   }
 }
 
@@ -266,6 +275,7 @@ Parts finish_here(const Segmentation& segmentation, const Character& character, 
   Finisher finisher(scene, target, std::move(fields), progress);
   finisher.carve_all();
   finisher.mesh_and_prove();
+  finisher.add_hinges();
   Parts result = std::move(finisher).result(before, target.volume);
   progress(1, "parts are finished");
   return result;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "finishing/exact_cut.h"
 #include "finishing/finishing.h"
@@ -19,8 +20,11 @@ constexpr double kUnder = 0.35;        ///< under the body's surface from where 
 constexpr double kRoot = 0.8;          ///< how deep it is rooted in the body
 constexpr double kDepth = 0.15;        ///< a field's value from which on it is solid
 constexpr double kSurface = 0.1;       ///< between what is added and the target's surface
+constexpr double kFurtherStep = 0.3;   ///< steps by which the body is looked for further out: carving sets some back
+constexpr int kFurther = 4;
 constexpr double kCrumb = 0.004;       ///< of a part's volume: pieces that a hinge may cut off
 constexpr double kInto = 0.2;          ///< of the housing's radius: how far a block reaches into what it carries
+constexpr double kBeside = 2;          ///< how far from a hinge a place counts as at it
 constexpr int kAroundRing = 24;
 
 Eigen::Isometry3d joint_frame(const Eigen::Isometry3d& bone, int axis) {
@@ -54,8 +58,8 @@ Zones zones(double height_above, double radius_above, double height_within, doub
 class JointExaminer {
  public:
   JointExaminer(const Lattice& lattice, const PartField& child, const PartField& parent, const Eigen::Isometry3d& frame, const HingeSize& size,
-                std::pair<double, double> range)
-      : child_(child), frame_(frame), size_(size), step_(lattice.step()), body_(size.outer + size.gap / 2) {
+                std::pair<double, double> range, double further)
+      : child_(child), frame_(frame), size_(size), step_(lattice.step()), body_(size.outer + size.gap / 2 + further) {
     neck_ = solid_between(child.psi, frame, size.outer + kUnder * step_, size.outer + kRoot * step_, kDepth * step_);
     arms_ = solid_between(parent.psi, frame, body_ + kUnder * step_, body_ + kRoot * step_, kDepth * step_);
     const SphereMap free = free_between(child.psi, frame, size.outer, body_ + kUnder * step_, size.gap, range);
@@ -113,7 +117,7 @@ class JointExaminer {
       if (whole) whole = combined(*whole, block(b), Combination::kUnion, 0);
     }
     if (!whole) return std::nullopt;
-    return HingeSolids{frame_.translation(), size_.outer - size_.gap / 2, body_, moved(taken, frame_), moved(whole->mesh, frame_)};
+    return HingeSolids{frame_.translation(), body_, moved(taken, frame_), moved(whole->mesh, frame_)};
   }
 
   const PartField& child_;
@@ -123,21 +127,42 @@ class JointExaminer {
   SphereMap neck_, arms_;
 };
 
-}  // namespace
-
-Hinges::Hinges(const Scene& scene)
-    : scene_(scene), range_(scene.character.bones.size(), {0, 0}), state_(range_.size(), State::kNone), solids_(range_.size()), all_(range_.size()) {
+/// Angles that the path turns each one-hinge bone through, folded being 0.
+std::vector<std::pair<double, double>> ranges_of(const Scene& scene) {
   const Eigen::VectorXd& folded = scene.embedding.pose.angles;
+  std::vector<std::pair<double, double>> ranges(scene.character.bones.size(), {0, 0});
   for (const Eigen::VectorXd& angles : states_of(scene.path, folded))
-    for (std::size_t n = 0; n < range_.size(); ++n) {
+    for (std::size_t n = 0; n < ranges.size(); ++n) {
       const Bone& bone = scene.character.bones[n];
       if (bone.hinges.size() != 1) continue;
       const double turned = angles[bone.first_angle] - folded[bone.first_angle];
-      range_[n] = {std::min(range_[n].first, turned), std::max(range_[n].second, turned)};
+      ranges[n] = {std::min(ranges[n].first, turned), std::max(ranges[n].second, turned)};
     }
+  return ranges;
 }
 
-Hinges::State Hinges::plan_joint(int child, const std::vector<PartField>& fields, std::optional<HingeSolids>& solids) const {
+}  // namespace
+
+Hinges::Hinges(const Scene& scene, std::vector<Part> plain, const std::vector<PartField>& fields)
+    : scene_(scene), plain_(std::move(plain)), state_(fields.size(), State::kNone), solids_(fields.size()), parts_(plain_) {
+  plan(fields);
+  std::vector<char> all(fields.size(), 1);
+  fit(all);
+}
+
+void Hinges::plan(const std::vector<PartField>& fields) {
+  const auto ranges = ranges_of(scene_);
+  for (int child = 0; child < int(state_.size()); ++child) {
+    if (scene_.character.bones[std::size_t(child)].parent < 0) continue;
+    std::optional<HingeSolids> solids;
+    State& state = state_[std::size_t(child)];
+    state = plan_joint(child, fields, ranges[std::size_t(child)], solids);
+    if (state == State::kPinned) solids_[std::size_t(child)] = std::move(solids);
+  }
+}
+
+Hinges::State Hinges::plan_joint(int child, const std::vector<PartField>& fields, std::pair<double, double> range,
+                                 std::optional<HingeSolids>& solids) const {
   const Bone& bone = scene_.character.bones[std::size_t(child)];
   const PartField &own = fields[std::size_t(child)], &parent = fields[std::size_t(bone.parent)];
   if (inside_count(own.psi) == 0 || inside_count(parent.psi) == 0) return State::kNone;
@@ -148,9 +173,11 @@ Hinges::State Hinges::plan_joint(int child, const std::vector<PartField>& fields
   HingeSize size;
   if (!hinge_size(bone.radius, lattice.gap, bone.radius, size)) return State::kWeak;
   if (!hinge_size(bone.radius, lattice.gap, depth, size)) return State::kNoRoom;
-  const JointExaminer joint(lattice, own, parent, frame, size, range_[std::size_t(child)]);
-  solids = joint.tongue_on_child();
-  if (!solids) solids = joint.tongue_on_parent();
+  for (int further = 0; further <= kFurther && !solids; ++further) {
+    const JointExaminer joint(lattice, own, parent, frame, size, range, further * kFurtherStep * lattice.step());
+    solids = joint.tongue_on_child();
+    if (!solids) solids = joint.tongue_on_parent();
+  }
   return solids && !crowded(child, *solids) ? State::kPinned : State::kNoRoom;
 }
 
@@ -167,21 +194,6 @@ bool Hinges::crowded(int child, const HingeSolids& solids) const {
   return false;
 }
 
-void Hinges::plan(const std::vector<PartField>& fields, std::vector<char>& changed) {
-  const std::vector<char> fields_changed = changed;
-  for (int child = 0; child < int(state_.size()); ++child) {
-    const int parent = scene_.character.bones[std::size_t(child)].parent;
-    State& state = state_[std::size_t(child)];
-    if (parent < 0 || state == State::kGivenUp || state == State::kNoCut) continue;
-    if (!fields_changed[std::size_t(child)] && !fields_changed[std::size_t(parent)]) continue;
-    auto& solids = solids_[std::size_t(child)];
-    solids.reset();
-    state = plan_joint(child, fields, solids);
-    if (state != State::kPinned) solids.reset();
-    changed[std::size_t(child)] = changed[std::size_t(parent)] = 1;
-  }
-}
-
 std::vector<int> Hinges::joints_of(int bone) const {
   std::vector<int> joints;
   for (int joint = 0; joint < int(solids_.size()); ++joint)
@@ -192,15 +204,15 @@ std::vector<int> Hinges::joints_of(int bone) const {
 /// A part with the hinges of some of its joints.
 std::optional<Part> Hinges::fitted(const Part& plain, const std::vector<int>& joints) const {
   const Eigen::Isometry3d into = scene_.segmentation.frames[std::size_t(plain.bone)].inverse(Eigen::Isometry);
+  const double crumb = kCrumb * plain.volume;
   TriangleMesh given;
   std::optional<SourcedMesh> solid = SourcedMesh{plain.mesh, plain.source};
   for (const int joint : joints) {
     const HingeSolids& hinge = *solids_[std::size_t(joint)];
-    if (joint == plain.bone) solid = combined(*solid, moved(hinge.taken, into), Combination::kDifference, kCrumb * plain.volume);
-    else append(given, moved(hinge.given, into));
-    if (!solid) return std::nullopt;
+    if (joint != plain.bone) append(given, moved(hinge.given, into));
+    else if (solid = combined(*solid, moved(hinge.taken, into), Combination::kDifference, crumb); !solid) return std::nullopt;
   }
-  if (!given.empty()) solid = combined(*solid, given, Combination::kUnion, kCrumb * plain.volume);
+  if (!given.empty()) solid = combined(*solid, given, Combination::kUnion, crumb);
   if (!solid || !round_and_tidy(*solid, Eigen::Isometry3d::Identity()) || !check(solid->mesh).good()) return std::nullopt;
   const double volume = signed_volume(solid->mesh);
   return Part{plain.bone, std::move(solid->mesh), std::move(solid->source), volume};
@@ -215,28 +227,24 @@ std::vector<int> Hinges::culprits(const Part& plain) const {
   return failing.empty() ? joints : failing;
 }
 
-const std::vector<Part>& Hinges::fit(const std::vector<Part>& plain, const std::vector<PartField>& fields, std::vector<char>& changed) {
-  plan(fields, changed);
+/// Makes parts anew; where that fails, drops hinges, and flags the bones of both sides.
+void Hinges::fit(std::vector<char>& changed) {
   std::vector<char> wanted = changed;
   while (std::count(wanted.begin(), wanted.end(), 1) > 0) {
-    std::vector<std::vector<int>> failed(plain.size());
-    tbb::parallel_for(std::size_t(0), plain.size(), [&](std::size_t n) {
-      const auto bone = std::size_t(plain[n].bone);
-      if (!wanted[bone]) return;
-      const std::vector<int> joints = joints_of(plain[n].bone);
-      auto part = joints.empty() ? std::optional(plain[n]) : fitted(plain[n], joints);
-      if (part) all_[bone] = std::move(*part);
-      else failed[n] = culprits(plain[n]);
+    std::vector<std::vector<int>> failed(plain_.size());
+    tbb::parallel_for(std::size_t(0), plain_.size(), [&](std::size_t n) {
+      const Part& plain = plain_[n];
+      if (!wanted[std::size_t(plain.bone)]) return;
+      const std::vector<int> joints = joints_of(plain.bone);
+      auto part = joints.empty() ? std::optional(plain) : fitted(plain, joints);
+      if (part) parts_[n] = std::move(*part);
+      else failed[n] = culprits(plain);
     });
     std::fill(wanted.begin(), wanted.end(), 0);
-    if (getenv("HDBG")) for (std::size_t n = 0; n < failed.size(); ++n) for (int j : failed[n]) std::fprintf(stderr, "NOCUT part %d joint %d\n", plain[n].bone, j);
     for (const auto& joints : failed)
       for (const int joint : joints) drop(joint, State::kNoCut, wanted);
     for (std::size_t n = 0; n < wanted.size(); ++n) changed[n] |= wanted[n];
   }
-  kept_.clear();
-  for (const Part& part : plain) kept_.push_back(all_[std::size_t(part.bone)]);
-  return kept_;
 }
 
 void Hinges::drop(int joint, State why, std::vector<char>& changed) {
@@ -245,20 +253,26 @@ void Hinges::drop(int joint, State why, std::vector<char>& changed) {
   changed[std::size_t(joint)] = changed[std::size_t(scene_.character.bones[std::size_t(joint)].parent)] = 1;
 }
 
-bool Hinges::give_up(int bone_a, int bone_b, const Eigen::Vector3d& place, bool patient, std::vector<char>& changed) {
-  const auto& bones = scene_.character.bones;
-  const int joint = bones[std::size_t(bone_a)].parent == bone_b ? bone_a : bone_b;
-  const auto& solids = solids_[std::size_t(joint)];
-  if (bones[std::size_t(joint)].parent != (joint == bone_a ? bone_b : bone_a) || !solids) return false;
-  const double near = patient ? solids->inside : solids->radius + kRoot * scene_.lattice.step();
-  if ((solids->centre - place).norm() > near) return false;
-  if (getenv("HDBG")) {
-    Eigen::Isometry3d f = joint_frame(scene_.segmentation.frames[std::size_t(joint)], bones[std::size_t(joint)].hinges[0].axis);
-    Eigen::Vector3d q = f.inverse() * place; 
-    std::fprintf(stderr, "GIVE %s r=%.2f place R %.2f z %.2f rho %.2f (housing radii) on %s\n", bones[std::size_t(joint)].name.c_str(), bones[std::size_t(joint)].radius*300, q.norm()/bones[std::size_t(joint)].radius, q.z()/bones[std::size_t(joint)].radius, q.head<2>().norm()/bones[std::size_t(joint)].radius, bone_a==joint?"child":"parent");
-  }
-  drop(joint, State::kGivenUp, changed);
-  return true;
+std::vector<int> Hinges::joints_at(const Uncertified& place) const {
+  std::vector<int> joints = joints_of(place.bone_a), at;
+  for (const int joint : joints_of(place.bone_b)) joints.push_back(joint);
+  const Eigen::Vector3d p = scene_.segmentation.frames[std::size_t(place.bone_a)] * place.on_a;
+  const double near = kBeside * scene_.lattice.step();
+  std::copy_if(joints.begin(), joints.end(), std::back_inserter(at), [&](int joint) {
+    const HingeSolids& hinge = *solids_[std::size_t(joint)];
+    return place.reason == Uncertified::Reason::kTouching && (hinge.centre - p).norm() < hinge.radius + near;
+  });
+  return at.empty() ? joints : at;
+}
+
+std::vector<char> Hinges::give_up(const std::vector<Uncertified>& open) {
+  std::vector<char> changed(state_.size(), 0), given_up(state_.size(), 0);
+  for (const Uncertified& place : open)
+    for (const int joint : joints_at(place)) given_up[std::size_t(joint)] = 1;
+  for (int joint = 0; joint < int(given_up.size()); ++joint)
+    if (given_up[std::size_t(joint)]) drop(joint, State::kGivenUp, changed);
+  fit(changed);
+  return changed;
 }
 
 std::vector<int> Hinges::pinned() const {
@@ -270,17 +284,17 @@ std::vector<int> Hinges::pinned() const {
 
 std::vector<std::string> Hinges::warnings() const {
   const std::array<std::pair<State, const char*>, 5> reasons{{
-      {State::kManyAxes, "they turn about several axes, so a ball turns in a socket that you have to make hold it"},
-      {State::kWeak, "a pin would be too weak there: the clearance is wide for bones this thin. Print larger"},
-      {State::kNoRoom, "there is no room for its ears beside the joint"},
-      {State::kNoCut, "cutting it gave no simple solid"},
+      {State::kManyAxes, "they turn about several axes. A ball sits in a socket there, which you have to make hold it"},
+      {State::kWeak, "a pin would be too weak there, since the clearance is wide for bones this thin. Print larger"},
+      {State::kNoRoom, "there is no room for ears beside it, or nothing to carry them"},
+      {State::kNoCut, "cutting one gave no simple solid"},
       {State::kGivenUp, "with one the parts would touch"}}};
   std::vector<std::string> result;
   for (const auto& [state, why] : reasons) {
     std::string names;
     for (std::size_t n = 0; n < state_.size(); ++n)
       if (state_[n] == state) names += (names.empty() ? "'" : ", '") + scene_.character.bones[n].name + "'";
-    if (!names.empty()) result.push_back("No pin holds the joints of " + names + ": " + why + ".");
+    if (!names.empty()) result.push_back("No pin holds the joint of " + names + ": " + why + ".");
   }
   return result;
 }
