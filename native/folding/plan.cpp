@@ -2,18 +2,16 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <chrono>
 #include <map>
 #include <optional>
 
 #include "folding/costs.h"
 #include "folding/folding.h"
+#include "folding/stopwatch.h"
 
 namespace transformables {
 namespace folding {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 constexpr double kDetourPrice = 3;  // samples that an extra move must save, so that no joint waves about for nothing
 
@@ -54,13 +52,13 @@ class Planner {
   const FoldPath* start_;
   Costs costs_;
   std::size_t least_moves_ = 0;
-  const Clock::time_point began_ = Clock::now();
+  const Stopwatch watch_{options_.threads};
   bool cut_short_ = false;
 };
 
 /// Moves are counted, not seconds, so that the result is the same on any machine; only one that is too slow for that is stopped by the clock.
 bool Planner::late() {
-  cut_short_ = cut_short_ || (options_.seconds > 0 && std::chrono::duration<double>(Clock::now() - began_).count() > options_.seconds);
+  cut_short_ = cut_short_ || (options_.seconds > 0 && watch_.seconds() > options_.seconds);
   return cut_short_;
 }
 

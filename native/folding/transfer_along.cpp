@@ -2,13 +2,13 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "folding/carve_estimate.h"
 #include "folding/cores.h"
 #include "folding/folding.h"
 #include "folding/regrowth.h"
 #include "folding/smoothing.h"
+#include "folding/stopwatch.h"
 
 namespace transformables {
 namespace folding {
@@ -77,8 +77,7 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
              const FoldingOptions& options, const Progress& progress) {
   constexpr double kWorthARound = 0.05;  // of what collides, that a round must mend for another to follow
   if (options.rounds < 1) throw InvalidInput("folding: rounds must be at least 1");
-  const auto began = std::chrono::steady_clock::now();
-  const auto left = [&] { return options.seconds - std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count(); };
+  const folding::Stopwatch watch(options.threads);
   Folding best;
   Segmentation current = segmentation;
   FoldPath path = plan(current, character, target, embedding, options, progress);
@@ -98,7 +97,7 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
     current = std::move(changed);
     const bool slow = result.colliding_after > (1 - kWorthARound) * result.colliding_before;
     if (slow || best.carving_after == 0 || round + 1 == options.rounds) break;
-    if (options.seconds > 0) again.seconds = left();
+    if (options.seconds > 0) again.seconds = options.seconds - watch.seconds();
     cut_short = cut_short || again.seconds < 0;
     if (cut_short) break;
     path = plan(current, character, target, embedding, again, part, &path);

@@ -314,6 +314,33 @@ def test_a_preset_brings_back_the_settings_that_were_kept(scene, monkeypatch, tm
     assert settings.finishing_stage.clearance_mm == pytest.approx(0.5)
 
 
+def test_the_folds_length_and_loop_can_be_changed_afterwards(scene, stand_in):
+    assert not bpy.ops.transformables.retime.poll()
+    scene.transformables.folding_stage.frames = 50
+    bpy.ops.transformables.design()
+    assert scene.frame_end == 50
+    frame = scene.transformables.folding_stage.blocks[0].facts()["frame"]
+    scene.transformables.folding_stage.frames, scene.transformables.folding_stage.loop = 99, True
+    assert bpy.ops.transformables.retime() == {"FINISHED"}
+    assert scene.frame_end == 2 * 99 - 2
+    moved = scene.transformables.folding_stage.blocks[0].facts()["frame"]
+    assert moved == pytest.approx(1 + (frame - 1) * 2, abs=1), "moments of pairs in the way move, too"
+    with pytest.raises(RuntimeError, match="at least 2 frames"):
+        scene.transformables.folding_stage.frames = 1
+        bpy.ops.transformables.retime()
+
+
+def test_the_slider_is_switched_on_and_off_from_the_panel(scene, stand_in):
+    bpy.ops.transformables.design()
+    rig = next(o for o in bpy.data.objects if o.get("transformable_role") == "rig")
+    assert bpy.ops.transformables.fold_slider() == {"FINISHED"}
+    assert rig["use_fold_slider"] == 1 and rig.animation_data.action is None
+    scene.transformables.folding_stage.frames = 60
+    assert bpy.ops.transformables.retime() == {"FINISHED"}, "also while the slider is on"
+    assert bpy.ops.transformables.fold_slider() == {"FINISHED"}
+    assert rig["use_fold_slider"] == 0 and rig.animation_data.action.frame_range[1] == 60
+
+
 @pytest.fixture
 def blocked(scene, stand_in):
     """A design of the stand-in, in which link0 and link1 were in each other's way."""

@@ -90,11 +90,26 @@ def apply(context, result, arrays, character_obj, target_obj, options):
     animation.add_slider(new_rig, action, plan.last_frame)
     new_rig["transformable_stored"] = json.dumps({key: result[key] for key in ("options", "embedding", "path")})
     scene = context.scene
-    scene.frame_start, scene.frame_end = schedule.FIRST_FRAME, plan.last_frame
+    animation.play(scene, new_rig, plan, options.loop)
     scene.frame_set(schedule.FIRST_FRAME)
     rows = blocks.blocks(result, plan)
     return {"collection": collection, "rig": new_rig, "parts": objects, "action": action, "schedule": plan, "in_the_way": rows,
             "report": report.build(result, plan, VERSION, bpy.app.version_string, rows)}
+
+
+def retimed(scene, rig, options):
+    """Gives the fold of a rig that `apply` made the length and the loop of these options. Gives its schedule. Raises UserError."""
+    stored = json.loads(rig["transformable_stored"])
+    before = stored["options"]
+    moves = stored["path"]["moves"] if stored["path"] else schedule.together(stored["embedding"]["angles"])
+    if animation.fold_of(rig) is None:
+        raise UserError(f"'{rig.name}' has lost its fold: make the design again")
+    plan = schedule.scheduled(moves, options.frames)
+    animation.retime(rig, schedule.scheduled(moves, before["frames"]), plan)
+    animation.play(scene, rig, plan, options.loop)
+    before.update(frames=options.frames, loop=options.loop)
+    rig["transformable_stored"] = json.dumps(stored)
+    return plan
 
 
 def _dress(context, objects, parts, result, arrays, layout, target_obj):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which pairs of parts are in each other's way on the fold, where, and what it costs: worst first, a row a pair.
 
-A row is plain JSON: `bones` (two bodies' names), `state` (one of STATES), `frame` of the worst moment, `volume_mm3` (what meets there; of what
+A row is plain JSON: `bones` (two bodies' names), `state` (one of STATES), `frame` of the worst moment, `move` and `fraction` that it is in (None for a move of nothing), `volume_mm3` (what meets there; of what
 was or will be carved, all along the path), `joints` [{bone, axis, angle (its index), angle_deg}] that turn at that moment, `place` (Blender units, in the
 first bone's frame; None when it is not known), `radius` (Blender units: how large a ball of that volume is).
 """
@@ -90,7 +90,9 @@ def _row(result, schedule, found):
     options, unit = DesignOptions(**result["options"]), 1.0 / result["target"]["scale"]
     bodies = result["character"]["bodies"]
     frame, joints = moment(result, schedule, found["move"], found["fraction"])
+    moves = any(step.move == found["move"] for step in schedule.steps)
     ball = (0.75 * found["volume"] / math.pi) ** (1 / 3)
     return {"bones": [bodies[found["bone_a"]], bodies[found["bone_b"]]], "state": found["state"], "frame": frame,
+            "move": found["move"] if moves else None, "fraction": found["fraction"],
             "volume_mm3": found["volume"] * (options.size_mm / LONGEST_SIDE) ** 3, "joints": joints,
             "place": [x * unit for x in found["place"]] if "place" in found else None, "radius": max(ball, SMALLEST_RADIUS) * unit}

@@ -18,6 +18,15 @@ def keep(scene, rows):
     suggest_lock(scene)
 
 
+def move_frames(scene, plan):
+    """The rows' moments on another schedule of the same moves."""
+    for item in scene.transformables.folding_stage.blocks:
+        row = item.facts()
+        if row["move"] is not None:
+            row["frame"] = round(plan.frame_of(row["move"], row["fraction"]), 3)
+            item.row = json.dumps(row)
+
+
 def chosen(scene):
     """The row that is chosen in the list, or None."""
     stage = scene.transformables.folding_stage

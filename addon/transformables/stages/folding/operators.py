@@ -4,8 +4,9 @@ import json
 import bpy
 from bpy.props import EnumProperty
 
+from ...core.options import UserError
 from ...ui import blocks, session
-from ...ui.job_operator import JobOperator
+from ...ui.job_operator import JobOperator, options_of
 
 
 class TRANSFORMABLES_OT_plan_fold(JobOperator, bpy.types.Operator):
@@ -16,6 +17,57 @@ class TRANSFORMABLES_OT_plan_fold(JobOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
     until = "folding"
     uses_stored = ("embedding",)
+
+
+class _OnRig:
+    """What works on the design in the scene."""
+
+    bl_options = {"UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        if session.current() is not None:
+            cls.poll_message_set("A design is running: wait for it, or cancel it")
+            return False
+        if blocks.rig_of(context.scene) is None:
+            cls.poll_message_set("There is no design in the scene yet")
+            return False
+        return True
+
+
+class TRANSFORMABLES_OT_retime(_OnRig, bpy.types.Operator):
+    """Give the fold in the timeline this length, and let it fold back again or not. The design stays as it is"""
+
+    bl_idname = "transformables.retime"
+    bl_label = "Apply to Timeline"
+
+    def execute(self, context):
+        from ...bridge import design
+
+        try:
+            options = options_of(context.scene)
+            plan = design.retimed(context.scene, blocks.rig_of(context.scene), options)
+        except UserError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        blocks.move_frames(context.scene, plan)
+        self.report({"INFO"}, f"The fold takes {plan.last_frame} frames")
+        return {"FINISHED"}
+
+
+class TRANSFORMABLES_OT_fold_slider(_OnRig, bpy.types.Operator):
+    """Fold by a slider instead of the timeline, or by the timeline again. While the slider is on, your own keys on the bones go on top"""
+
+    bl_idname = "transformables.fold_slider"
+    bl_label = "Fold by Slider"
+
+    def execute(self, context):
+        from ...bridge import animation
+
+        rig = blocks.rig_of(context.scene)
+        animation.use_slider(rig, not rig.get("use_fold_slider"))
+        session.redraw()
+        return {"FINISHED"}
 
 
 class TRANSFORMABLES_OT_show_block(bpy.types.Operator):
@@ -183,5 +235,5 @@ class TRANSFORMABLES_OT_forget_apart(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (TRANSFORMABLES_OT_plan_fold, TRANSFORMABLES_OT_show_block, TRANSFORMABLES_OT_hide_block, TRANSFORMABLES_OT_less_skin,
+CLASSES = (TRANSFORMABLES_OT_plan_fold, TRANSFORMABLES_OT_retime, TRANSFORMABLES_OT_fold_slider, TRANSFORMABLES_OT_show_block, TRANSFORMABLES_OT_hide_block, TRANSFORMABLES_OT_less_skin,
            TRANSFORMABLES_OT_lock_joint, TRANSFORMABLES_OT_keep_apart, TRANSFORMABLES_OT_forget_apart)

@@ -20,7 +20,20 @@ class TRANSFORMABLES_PT_folding(StagePanel, bpy.types.Panel):
     operator = "transformables.plan_fold"
 
     def draw_settings(self, context, layout):
-        layout.prop(context.scene.transformables.folding_stage, "seconds")
+        stage = context.scene.transformables.folding_stage
+        layout.prop(stage, "seconds")
+        layout.prop(stage, "frames")
+        layout.prop(stage, "loop")
+        rig = blocks.rig_of(context.scene)
+        if rig is not None:
+            layout.operator("transformables.retime", icon="TIME")
+            self._draw_slider(layout, rig)
+
+    def _draw_slider(self, layout, rig):
+        on = bool(rig.get("use_fold_slider"))
+        layout.operator("transformables.fold_slider", text="Fold by Timeline" if on else "Fold by Slider", icon="PLAY" if on else "DRIVER")
+        if on:
+            layout.prop(rig, '["fold"]', text="Fold", slider=True)
 
     def draw_stored(self, context, layout):
         path = json.loads(context.scene.transformables.folding_stage.stored)

@@ -5,7 +5,7 @@ import json
 import math
 
 import bpy
-from bpy.props import CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ...ui import blocks
 
@@ -46,6 +46,9 @@ class TransformablesFoldingSettings(bpy.types.PropertyGroup):
         name="Search Time (s)", default=20, min=0.1, max=3600, soft_min=1, soft_max=120, precision=1,
         description="Target time for the search of the order in which joints turn. More time: more orders are tried. On a machine that is "
                     "too slow the best order found by then is taken, and you are told")
+    frames: IntProperty(
+        name="Length", default=0, min=0, max=100000, description="Frames from character to object. 0: as long as the joints need, 5 to 10 seconds")
+    loop: BoolProperty(name="Fold Back Again", description="Let the timeline go back to the character after the object, so that it repeats without a jump")
     blocks: CollectionProperty(
         type=TransformablesBlock, name="In the Way", description="Pairs of parts in each other's way on the fold, worst first")
     block: IntProperty(
