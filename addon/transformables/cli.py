@@ -68,6 +68,7 @@ def _parser():
     add("--threads", type=int, default=0, metavar="N", help="processor cores (default: all; the design is the same)")
     add("--output", metavar="OUT.blend", help="the .blend to write")
     add("--report", metavar="OUT.json", help="the report to write")
+    add("--parts", metavar="FOLDER", help="a folder for the parts as STL files, in millimetres, ready to be printed")
     add("--certificate", metavar="OUT.json", help="the proof that parts stay apart to write: can be replayed by itself")
     return parser
 
@@ -107,7 +108,7 @@ class _Stopped(Exception):
 class _Design:
     def __init__(self, arguments):
         self.began = time.perf_counter()
-        self.arguments = arguments
+        self.arguments, self.parts_folder = arguments, None
         self.errors = _import("core.options")
         self.options = self.errors.DesignOptions(
             resolution=arguments.resolution, seed=arguments.seed, symmetry=arguments.symmetry, simplify=arguments.simplify,
@@ -130,7 +131,7 @@ class _Design:
             made = design.apply(bpy.context, event["result"], event["arrays"], character, target, self.options)
             if stop.asked:
                 raise _Stopped
-            self._write(outputs, made["report"], event)
+            self._write(outputs, made["report"], event, made["rig"])
         return self._verdict(made["report"])
 
     def _do(self, message, arrays, stop):
@@ -184,7 +185,9 @@ class _Design:
         outputs = {kind: os.path.abspath(bpy.path.abspath(path)) for kind, path in
                    (("output", self.arguments.output), ("report", self.arguments.report), ("certificate", self.arguments.certificate))
                    if path is not None}
-        if not outputs:
+        if self.arguments.parts is not None:
+            self._check_parts_folder(os.path.abspath(bpy.path.abspath(self.arguments.parts)))
+        elif not outputs:
             raise self.errors.UserError("nothing to write: give --output OUT.blend, --report OUT.json, or both")
         for kind, path in outputs.items():
             same = [f"--{k}" for k, p in outputs.items() if p == path]
@@ -202,7 +205,16 @@ class _Design:
                                             "and that you may write to") from None
         return outputs
 
-    def _write(self, outputs, report, event):
+    def _check_parts_folder(self, folder):
+        """It is made at the end; that it can be made is found out now."""
+        above = folder
+        while not os.path.lexists(above):
+            above = os.path.dirname(above)
+        if not os.path.isdir(above) or not os.access(above, os.W_OK | os.X_OK):
+            raise self.errors.UserError(f"--parts {folder} can't be written: give a folder that you may write to")
+        self.parts_folder = folder
+
+    def _write(self, outputs, report, event, rig):
         """All files beside their places first, then all into place: whoever looks finds the old or the new, never half."""
         import bpy
         ready = {}
@@ -219,6 +231,8 @@ class _Design:
                 ready["certificate"] = _temporary(outputs["certificate"])
                 certificate = _import("core.certificate")
                 certificate.write(ready["certificate"], certificate.document(event["result"], event["arrays"]))
+            if self.parts_folder is not None:
+                _import("bridge.printing").export(rig, self.parts_folder)
             for kind in list(ready):
                 os.replace(ready[kind], outputs[kind])
                 del ready[kind]

@@ -341,6 +341,17 @@ def test_the_slider_is_switched_on_and_off_from_the_panel(scene, stand_in):
     assert rig["use_fold_slider"] == 0 and rig.animation_data.action.frame_range[1] == 60
 
 
+def test_parts_are_exported_for_printing_from_the_panel(scene, stand_in, tmp_path):
+    assert not bpy.ops.transformables.export_parts.poll()
+    bpy.ops.transformables.design()
+    assert bpy.ops.transformables.export_parts(directory=str(tmp_path)) == {"FINISHED"}
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["link0.stl", "link1.stl", "link2.stl"]
+    assert bpy.ops.transformables.export_parts(directory=str(tmp_path), file_format="3mf") == {"FINISHED"}
+    assert (tmp_path / "Snake_rig.3mf").exists()
+    with pytest.raises(RuntimeError, match="No folder"):
+        bpy.ops.transformables.export_parts()
+
+
 @pytest.fixture
 def blocked(scene, stand_in):
     """A design of the stand-in, in which link0 and link1 were in each other's way."""

@@ -11,9 +11,9 @@ from mathutils import Euler, Matrix, Quaternion, Vector
 import numpy as np
 import pytest
 import scenes
-from transformables.bridge import animation, design
+from transformables.bridge import animation, design, printing
 from transformables.core import kinematics, schedule
-from transformables.core.options import DesignOptions
+from transformables.core.options import DesignOptions, UserError
 
 FIT, UNITS = 0.4, 0.25  # target units for one unit of the armature; for one Blender unit
 BOX = np.array(list(itertools.product((-0.01, 0.01), (0.0, 0.05), (-0.02, 0.02))))
@@ -349,3 +349,26 @@ def test_euler_angles_mean_the_same_here_and_in_the_native_module():
 
 def test_schedules_first_frame_is_the_scenes(made):
     assert schedule.FIRST_FRAME == bpy.context.scene.frame_start
+
+
+@pytest.mark.parametrize("file_format", ["stl", "3mf"])
+def test_parts_are_exported_in_millimetres_at_the_designs_size(scene, tmp_path, file_format):
+    options = DesignOptions(size_mm=80.0)
+    made = design.apply(bpy.context, *hand_made(*scene, options), *scene, options)
+    names = printing.export(made["rig"], str(tmp_path / "new" / "folder"), file_format)
+    assert sorted(p.name for p in (tmp_path / "new" / "folder").iterdir()) == sorted(names), "nothing but the parts"
+    assert len(names) == (len(made["parts"]) if file_format == "stl" else 1)
+    for name, points, triangles in printing.parts_of(made["rig"]):
+        size = np.ptp(np.array(points), axis=0)
+        assert size == pytest.approx(np.ptp(BOX, axis=0) * 80.0 / 0.5, rel=1e-5), name  # 0.5 target units are as long as the size
+        assert len(triangles) == len(BOX_FACES)
+
+
+def test_a_design_without_its_size_or_a_folder_that_cannot_be_written_is_refused_in_words(made, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UserError, match="choose a folder"):
+        printing.export(made["rig"], str(tmp_path / "file" / "below"))
+    del made["rig"][printing.MM]
+    with pytest.raises(UserError, match="older version"):
+        printing.export(made["rig"], str(tmp_path))
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core import blocks, kinematics, report, schedule
 from ..core.options import UserError
-from . import animation, armature, mesh, rig
+from . import animation, armature, mesh, printing, rig
 from . import edits as edit_list
 
 VERSION = "0.1.0"
@@ -88,6 +88,7 @@ def apply(context, result, arrays, character_obj, target_obj, options):
     _dress(context, objects, parts, result, arrays, layout, target_obj)
     action = animation.new_fold(new_rig, layout, plan, result)
     animation.add_slider(new_rig, action, plan.last_frame)
+    new_rig[printing.MM] = options.millimetres(result["target"]["scale"])
     new_rig["transformable_stored"] = json.dumps({key: result[key] for key in ("options", "embedding", "path")})
     scene = context.scene
     animation.play(scene, new_rig, plan, options.loop)
