@@ -14,7 +14,7 @@ import time
 from array import array
 from typing import NamedTuple
 
-from . import blocks, kinematics, schedule, steering
+from . import blocks, kinematics, schedule, steering, together
 from .options import LONGEST_SIDE, DesignOptions, UserError
 
 UNTIL = ("embedding", "segmentation", "folding", "finishing")
@@ -31,6 +31,8 @@ EXPANSIONS_A_SECOND = 150  # moves that the search for the fold's order may try,
 ROUGHLY = {"rounds": 1, "expansions": 200}   # how well the unfolding of each is searched, to tell them apart
 TOUCHING_BONES = 1e-4       # target units: capsules that are less deep in one another do not collide
 ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
+PROVED_AGAIN = 0.999       # of the gap that is proved, that joints which turn together must keep: proofs differ by rounding
+LEAST_ENOUGH = 1e-4        # target units: a proof looks at least that far
 EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "value", "symmetric", "deepest_protrusion", "deepest_collision")
 
 
@@ -67,7 +69,7 @@ class _Run:
         self.armature = job["character"]
         self.job = job
         self.seconds, self.warnings, self.cut_short = {}, [], False
-        self.path = self.parts = self.segmentation = self.certificate = self.rehearsed = None
+        self.joined = self.path = self.parts = self.segmentation = self.certificate = self.rehearsed = None
         self.part_arrays, self.solutions, self.seams, self.seam_arrays = {}, [], [], {}
 
     def run(self):
@@ -292,26 +294,45 @@ class _Run:
                             "run the folding stage again") from None
 
     def _finishing(self):
-        self._finish(self.path, self.options.clearance_mm, self.options.style, "finishing")
+        self._finish(self.path, self.options.clearance_mm, self.options.style, self._progress("finishing", 0.0, 0.85))
         if len(self.parts.parts) < 2:
             raise UserError(f"of {len(self.character.members)} parts only {len(self.parts.parts)} would be left, and one part can't fold: "
                             "the other bones are very short or have no room. Make the bones' lengths more alike, or try another seed")
         self._warn(self.parts.warnings)
         self.certificate = self.parts.certificate
-        flat = array("d", (number for row in self.certificate.intervals for number in row))
+        self._join_moves()
+        rows = self.joined[1] if self.joined else self.certificate.intervals
+        flat = array("d", (number for row in rows for number in row))
         self.part_arrays["certificate_intervals"] = ("d", flat.tobytes())
+
+    def _join_moves(self):
+        """Lets joints turn at the same time that were planned one after the other, where that is proved for as much as the rest."""
+        moves = [[tuple(turn) for turn in turns] for turns in self.path.moves]
+        if not (self.options.together and self.certificate.holds and len(moves) > 1):
+            return
+        progress, tried = self._progress("finishing", 0.85, 1.0), []
+
+        def prove(angles, turns):
+            tried.append(turns)
+            pose = self.tn.Embedding(root=list(self.embedding.root), angles=list(angles), morphology=list(self.embedding.morphology), symmetric=False)
+            proof = self.tn.certify(self.parts, self.character, pose, self.tn.FoldPath(moves=[turns]), least=self.certificate.gap * PROVED_AGAIN,
+                                    enough=max(self.options.target_units(self.options.clearance_mm), LEAST_ENOUGH), threads=self.options.threads,
+                                    progress=lambda *_: progress(min(1.0, len(tried) / len(moves)), "joints that can turn together"))
+            return proof.intervals if proof.holds and proof.gap >= self.certificate.gap * PROVED_AGAIN else None
+
+        self.joined = together.joined(moves, self.certificate.intervals, list(self.embedding.angles), prove)
 
     def _preview(self):
         """Part meshes of a design that is not finished: nothing is carved."""
-        self._finish(self.tn.FoldPath(moves=[]), min(PREVIEW_CLEARANCE_MM, self.options.clearance_mm), "solid", "preview")
+        self._finish(self.tn.FoldPath(moves=[]), min(PREVIEW_CLEARANCE_MM, self.options.clearance_mm), "solid", self._progress("preview"))
         self._warn(self.parts.warnings)
 
-    def _finish(self, path, clearance_mm, style, stage):
+    def _finish(self, path, clearance_mm, style, progress):
         self.parts = self.tn.finish(
             self.segmentation, self.character, self.target, self.embedding, path,
             clearance=self.options.target_units(clearance_mm), style=style,
             wall=self.options.target_units(self.options.wall_mm), threads=self.options.threads,
-            progress=self._progress(stage))
+            progress=progress)
         self.part_arrays = {}
         for index, part in enumerate(self.parts.parts):
             self.part_arrays[f"part_{index}_vertices"] = ("d", part["vertices"])
@@ -357,8 +378,9 @@ class _Run:
     def _path_result(self):
         if self.path is None:
             return None
-        return {"moves": [[list(turn) for turn in turns] for turns in self.path.moves],
-                "overlap_volume": self.path.overlap_volume, "collisions": [dict(c) for c in self.path.collisions]}
+        moves, _, new_of = self.joined or (self.path.moves, None, range(len(self.path.moves)))
+        return {"moves": [[list(turn) for turn in turns] for turns in moves], "overlap_volume": self.path.overlap_volume,
+                "collisions": [{**c, "move": new_of[c["move"]]} for c in self.path.collisions]}
 
     def _parts_result(self):
         if self.parts is None:
@@ -372,7 +394,8 @@ class _Run:
     def _certificate_result(self):
         if self.certificate is None:
             return None
-        return {"holds": self.certificate.holds, "gap": self.certificate.gap, "open": [dict(place) for place in self.certificate.open]}
+        gap = min((row[-1] for row in self.joined[1]), default=self.certificate.gap) if self.joined else self.certificate.gap
+        return {"holds": self.certificate.holds, "gap": gap, "open": [dict(place) for place in self.certificate.open]}
 
 
 def _plain(value):

@@ -22,6 +22,7 @@ class TRANSFORMABLES_PT_folding(StagePanel, bpy.types.Panel):
     def draw_settings(self, context, layout):
         stage = context.scene.transformables.folding_stage
         layout.prop(stage, "seconds")
+        layout.prop(stage, "together")
         layout.prop(stage, "frames")
         layout.prop(stage, "loop")
         rig = blocks.rig_of(context.scene)

@@ -48,6 +48,9 @@ class TransformablesFoldingSettings(bpy.types.PropertyGroup):
                     "too slow the best order found by then is taken, and you are told")
     frames: IntProperty(
         name="Length", default=0, min=0, max=100000, description="Frames from character to object. 0: as long as the joints need, 5 to 10 seconds")
+    together: BoolProperty(
+        name="Joints Together", default=True,
+        description="Let joints turn at the same time where it is proved that no parts touch. Off: one joint, or mirrored pair, after the other")
     loop: BoolProperty(name="Fold Back Again", description="Let the timeline go back to the character after the object, so that it repeats without a jump")
     blocks: CollectionProperty(
         type=TransformablesBlock, name="In the Way", description="Pairs of parts in each other's way on the fold, worst first")
