@@ -308,7 +308,8 @@ class _Run:
     def _join_moves(self):
         """Lets joints turn at the same time that were planned one after the other, where that is proved for as much as the rest."""
         moves = [[tuple(turn) for turn in turns] for turns in self.path.moves]
-        if not (self.options.together and self.certificate.holds and len(moves) > 1):
+        given = bool(self.stored.get("path"))  # a path that was given is followed to the letter
+        if given or not (self.options.together and self.certificate.holds and len(moves) > 1):
             return
         progress, tried = self._progress("finishing", 0.85, 1.0), []
 
