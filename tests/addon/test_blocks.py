@@ -81,6 +81,11 @@ def test_every_state_has_its_sentence_with_both_names_the_frame_and_the_joint(re
         assert text.startswith("root and arm") and f"frame {row['frame']:.0f}" in text and "arm at " in text
 
 
+def test_of_joints_that_turn_together_only_those_are_named_that_the_pair_met_by(result):
+    assert [joint["angle"] for joint in rows(result, [met(0, 1, 1e-4, angles=[0])])[0]["joints"]] == [0]
+    assert rows(result, [met(0, 1, 1e-4, angles=[5])])[0]["joints"] == []
+
+
 def test_volumes_are_told_in_units_that_are_easily_read():
     assert [blocks.volume_words(v) for v in (5400.0, 120.4, 3.14)] == ["5.4 cm³", "120 mm³", "3.1 mm³"]
 

@@ -64,4 +64,5 @@ def test_a_design_lets_joints_turn_together_unless_it_is_told_not_to(together, m
     check_path(path["moves"], event["result"]["embedding"]["angles"])
     rows = struct.unpack(f"<{len(event['arrays']['certificate_intervals'][1]) // 8}d", bytes(event["arrays"]["certificate_intervals"][1]))
     assert {int(row) for row in rows[::6]} == set(range(moves))
+    assert [(c["move"], c["angles"]) for c in path["collisions"]] == [(0, [0])]
     assert all(c["move"] < moves for c in path["collisions"]) and finishing["certificate"]["gap"] == pytest.approx(0.001)

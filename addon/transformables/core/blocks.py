@@ -81,7 +81,7 @@ def _costs(result, state):
         row = rows.setdefault(_pair(found), {"state": state, "volume": 0.0, "swept": 0.0})
         row["volume"] += found["swept"]
         if found["swept"] > row["swept"]:
-            row.update({key: found[key] for key in ("bone_a", "bone_b", "move", "fraction", "swept", "place") if key in found})
+            row.update({key: found[key] for key in ("bone_a", "bone_b", "move", "fraction", "swept", "place", "angles") if key in found})
     least = LEAST_SHARE * result["target"]["volume"]
     return {pair: row for pair, row in rows.items() if row["volume"] > least}
 
@@ -90,6 +90,8 @@ def _row(result, schedule, found):
     options, unit = DesignOptions(**result["options"]), 1.0 / result["target"]["scale"]
     bodies = result["character"]["bodies"]
     frame, joints = moment(result, schedule, found["move"], found["fraction"])
+    if "angles" in found:  # of a move that others were joined to, only the joints that this pair met by
+        joints = [joint for joint in joints if joint["angle"] in found["angles"]]
     moves = any(step.move == found["move"] for step in schedule.steps)
     ball = (0.75 * found["volume"] / math.pi) ** (1 / 3)
     return {"bones": [bodies[found["bone_a"]], bodies[found["bone_b"]]], "state": found["state"], "frame": frame,

@@ -381,7 +381,7 @@ class _Run:
             return None
         moves, _, new_of = self.joined or (self.path.moves, None, range(len(self.path.moves)))
         return {"moves": [[list(turn) for turn in turns] for turns in moves], "overlap_volume": self.path.overlap_volume,
-                "collisions": [{**c, "move": new_of[c["move"]]} for c in self.path.collisions]}
+                "collisions": [{**c, "move": new_of[c["move"]], "angles": [turn[0] for turn in self.path.moves[c["move"]]]} for c in self.path.collisions]}
 
     def _parts_result(self):
         if self.parts is None:
