@@ -5,6 +5,7 @@
 # What a fresh clone can't have is skipped, loudly:
 #   TRANSFORMABLES_SHARED  folder with the real characters, targets and the judge: sweeps over real data
 #   TRANSFORMABLES_BPY     1: also run in a current Blender (the bpy package, needs PyPI)
+#   admesh, prusa-slicer   Debian packages (large): the parts of a small design are checked by them, and sliced. Their absence never is a failure
 # With TRANSFORMABLES_NO_SKIP=1 (CI) a skip is a failure.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -51,6 +52,18 @@ if [[ -n ${TRANSFORMABLES_SHARED:-} ]]; then
   part dirty /usr/bin/python3 scripts/sweep_dirty.py --shared "$TRANSFORMABLES_SHARED" flat_sheet fan3_nonmanifold egg_degenerate
 else
   skipped+=("real characters and targets: set TRANSFORMABLES_SHARED to their folder")
+fi
+
+# A small design's parts, looked at by programs that are no part of this one.
+print_small() {
+  rm -rf build/print
+  blender -b blend_examples/egg_human.blend --python addon/transformables/cli.py -- design --resolution 32 --parts build/print
+  /usr/bin/python3 scripts/print_check.py build/print
+}
+if command -v admesh > /dev/null && command -v prusa-slicer > /dev/null; then
+  part print print_small
+else
+  echo "NOT TRIED: parts were not checked for printing (apt-get install admesh prusa-slicer)"
 fi
 
 for reason in "${skipped[@]}"; do echo "SKIPPED: $reason"; done

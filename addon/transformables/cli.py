@@ -63,9 +63,13 @@ def _parser():
     add("--style", choices=("solid", "shell"), default="solid", help="volumetric parts or shells (default: %(default)s)")
     add("--wall", type=float, default=1.2, metavar="MM", help="thickness of shells (default: %(default)g)")
     add("--frames", type=int, default=0, metavar="N", help="length of the fold (default: by the angles turned)")
+    add("--together", choices=("on", "off"), default="on", help="let joints turn at the same time where that is proved to be safe (default: %(default)s)")
+    add("--loop", choices=("on", "off"), default="off", help="fold back again in a second half of the timeline, so that it repeats without a jump (default: %(default)s)")
+    add("--fold-seconds", type=float, default=20.0, metavar="S", help="target time of the search for the fold's order (default: %(default)g)")
     add("--threads", type=int, default=0, metavar="N", help="processor cores (default: all; the design is the same)")
     add("--output", metavar="OUT.blend", help="the .blend to write")
     add("--report", metavar="OUT.json", help="the report to write")
+    add("--parts", metavar="FOLDER", help="a folder for the parts as STL files, in millimetres, ready to be printed")
     add("--certificate", metavar="OUT.json", help="the proof that parts stay apart to write: can be replayed by itself")
     return parser
 
@@ -105,12 +109,13 @@ class _Stopped(Exception):
 class _Design:
     def __init__(self, arguments):
         self.began = time.perf_counter()
-        self.arguments = arguments
+        self.arguments, self.parts_folder = arguments, None
         self.errors = _import("core.options")
         self.options = self.errors.DesignOptions(
             resolution=arguments.resolution, seed=arguments.seed, symmetry=arguments.symmetry, simplify=arguments.simplify,
             fit=arguments.fit, proportions=arguments.proportions == "on", size_mm=arguments.size,
             clearance_mm=arguments.clearance, style=arguments.style, wall_mm=arguments.wall, frames=arguments.frames,
+            together=arguments.together == "on", loop=arguments.loop == "on", fold_seconds=arguments.fold_seconds,
             threads=arguments.threads)
 
     def run(self):
@@ -127,7 +132,7 @@ class _Design:
             made = design.apply(bpy.context, event["result"], event["arrays"], character, target, self.options)
             if stop.asked:
                 raise _Stopped
-            self._write(outputs, made["report"], event)
+            self._write(outputs, made["report"], event, made["rig"])
         return self._verdict(made["report"])
 
     def _do(self, message, arrays, stop):
@@ -181,7 +186,9 @@ class _Design:
         outputs = {kind: os.path.abspath(bpy.path.abspath(path)) for kind, path in
                    (("output", self.arguments.output), ("report", self.arguments.report), ("certificate", self.arguments.certificate))
                    if path is not None}
-        if not outputs:
+        if self.arguments.parts is not None:
+            self._check_parts_folder(os.path.abspath(bpy.path.abspath(self.arguments.parts)))
+        elif not outputs:
             raise self.errors.UserError("nothing to write: give --output OUT.blend, --report OUT.json, or both")
         for kind, path in outputs.items():
             same = [f"--{k}" for k, p in outputs.items() if p == path]
@@ -199,7 +206,16 @@ class _Design:
                                             "and that you may write to") from None
         return outputs
 
-    def _write(self, outputs, report, event):
+    def _check_parts_folder(self, folder):
+        """It is made at the end; that it can be made is found out now."""
+        above = folder
+        while not os.path.lexists(above):
+            above = os.path.dirname(above)
+        if not os.path.isdir(above) or not os.access(above, os.W_OK | os.X_OK):
+            raise self.errors.UserError(f"--parts {folder} can't be written: give a folder that you may write to")
+        self.parts_folder = folder
+
+    def _write(self, outputs, report, event, rig):
         """All files beside their places first, then all into place: whoever looks finds the old or the new, never half."""
         import bpy
         ready = {}
@@ -216,6 +232,8 @@ class _Design:
                 ready["certificate"] = _temporary(outputs["certificate"])
                 certificate = _import("core.certificate")
                 certificate.write(ready["certificate"], certificate.document(event["result"], event["arrays"]))
+            if self.parts_folder is not None:
+                _import("bridge.printing").export(rig, self.parts_folder)
             for kind in list(ready):
                 os.replace(ready[kind], outputs[kind])
                 del ready[kind]

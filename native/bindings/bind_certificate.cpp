@@ -29,6 +29,7 @@ py::list open_dicts(const Certificate& certificate) {
     d["fraction"] = u.fraction;
     d["distance"] = u.distance;
     d["reason"] = word(u.reason);
+    if (u.reason == Uncertified::Reason::kTouching) d["place"] = std::vector<double>(u.on_a.data(), u.on_a.data() + 3);
     rows.append(d);
   }
   return rows;

@@ -59,6 +59,23 @@ void bind_finishing(py::module_& m) {
       py::arg("clearance"), py::arg("style") = "solid", py::arg("wall") = 0.004, py::arg("threads") = 0, py::arg("exact_surface") = true,
       py::arg("hinges") = true, py::arg("progress") = py::none(),
       "Clearance, carving along the path, meshes, checks, proof. clearance and wall: target units. Raises InvalidInput, Cancelled.");
+
+  m.def(
+      "certify",
+      [](const Parts& parts, const Character& character, const Embedding& embedding, const FoldPath& path, double enough, double least, int threads,
+         const py::object& progress) {
+        CertificateOptions options;
+        options.enough = enough;
+        options.least = least;
+        options.threads = threads;
+        const Progress tell = progress_from(progress);
+        py::gil_scoped_release release;
+        return certify(parts.parts, character, embedding, path, options, tell);
+      },
+      py::arg("parts"), py::arg("character"), py::arg("embedding"), py::arg("path"), py::kw_only(), py::arg("enough"), py::arg("least"),
+      py::arg("threads") = 0, py::arg("progress") = py::none(),
+      "The proof that finished parts stay apart, for another path from the embedding's pose. enough: target units, beyond which nobody looks closer; "
+      "least: nearer ones touch. Raises InvalidInput, Cancelled.");
 }
 
 }  // namespace transformables::bindings

@@ -36,6 +36,8 @@ py::list collision_dicts(const std::vector<Collision>& collisions) {
     d["move"] = c.move;
     d["fraction"] = c.fraction;
     d["volume"] = c.volume;
+    d["swept"] = c.swept;
+    if (c.place) d["place"] = std::vector<double>(c.place->data(), c.place->data() + 3);
     rows.append(d);
   }
   return rows;
@@ -46,7 +48,8 @@ void bind_folding(py::module_& m) {
       .def(py::init(&path_from), py::kw_only(), py::arg("moves"))
       .def_property_readonly("moves", &moves_of)
       .def_property_readonly("collisions", [](const FoldPath& p) { return collision_dicts(p.collisions); })
-      .def_readonly("overlap_volume", &FoldPath::overlap_volume);
+      .def_readonly("overlap_volume", &FoldPath::overlap_volume)
+      .def_readonly("cut_short", &FoldPath::cut_short);
 
   py::class_<Folding>(m, "Folding")
       .def_readonly("path", &Folding::path)
@@ -57,19 +60,22 @@ void bind_folding(py::module_& m) {
   m.def(
       "fold",
       [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding, int rounds,
-         int expansions, int threads, const py::object& progress) {
+         int expansions, double seconds, int threads, const py::object& progress) {
         FoldingOptions options;
         options.rounds = rounds;
         options.expansions = expansions;
+        options.seconds = seconds;
         options.threads = threads;
         const Progress tell = progress_from(progress);
         py::gil_scoped_release release;
         return fold(segmentation, character, target, embedding, options, tell);
       },
       py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(),
-      py::arg("rounds") = FoldingOptions{}.rounds, py::arg("expansions") = FoldingOptions{}.expansions, py::arg("threads") = 0,
+      py::arg("rounds") = FoldingOptions{}.rounds, py::arg("expansions") = FoldingOptions{}.expansions, py::arg("seconds") = FoldingOptions{}.seconds,
+      py::arg("threads") = 0,
       py::arg("progress") = py::none(),
-      "The order in which the joints unfold, and the segmentation made to go with it; rounds and expansions bound the search. Raises "
+      "The order in which the joints unfold, and the segmentation made to go with it; rounds and expansions bound the search, seconds "
+      "cut it short. Raises "
       "InvalidInput, Cancelled.");
 
   m.def(

@@ -1,6 +1,8 @@
 // Folding: in which order and how far the joints turn between object mode and character mode (paper, section 6).
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "character/character.h"
@@ -26,6 +28,8 @@ struct Collision {
   std::size_t move = 0;       ///< index into FoldPath::moves
   double fraction = 0;        ///< of the move, 0 to 1, where it is worst
   double volume = 0;          ///< cubic target units, there
+  double swept = 0;           ///< of the two the lesser volume that is ever inside the other in this move: what carving would cost; 0: not known
+  std::optional<Eigen::Vector3d> place{};   ///< where it is worst, on bone_a's part: bone_a's frame, target units
 };
 
 /// The way from object mode S_O to character mode S_R (all angles 0). Reversed, it is the fold.
@@ -33,6 +37,7 @@ struct FoldPath {
   std::vector<Move> moves;               ///< unfolding order
   std::vector<Collision> collisions;     ///< what is left colliding before carving, worst first
   double overlap_volume = 0;             ///< sum over moves of the volume swept through other parts, cubic target units
+  bool cut_short = false;                ///< FoldingOptions::seconds ended the search before it was done
 };
 
 /// What a move costs.
@@ -50,6 +55,7 @@ struct FoldingOptions {
   int beam_width = 24;              ///< plan(): states kept for each number of open joints
   int expansions = 3000;            ///< plan(): moves tried in all, at most; bounds the time without a clock
   int rounds = 5;                   ///< fold(): of planning and transfer
+  double seconds = 0;               ///< plan(), fold(): after that long the best so far is taken, which then depends on the machine; 0: no limit
 };
 
 /// The paper's greedy order: starting from S_O, each time the joint (or mirrored pair) whose unfolding all the way collides least (Eq. 11,

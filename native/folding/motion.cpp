@@ -36,6 +36,7 @@ void check(const Design& design, const FoldingOptions& options) {
          "the segmentation's pinned samples or inhibited bones are of another design; segment again");
   demand(std::isfinite(options.largest_step_rad) && options.largest_step_rad > 0 && options.largest_step_rad <= 1,
          "largest_step_rad must be over 0 and at most 1 radian");
+  demand(std::isfinite(options.seconds) && options.seconds >= 0, "seconds must not be negative");
   demand(std::isfinite(options.tolerance_steps) && options.tolerance_steps >= 0 && options.tolerance_steps <= 2,
          "tolerance_steps must be 0 to 2");
   demand(options.beam_width >= 1 && options.expansions >= 0, "beam_width must be at least 1, expansions at least 0");

@@ -7,6 +7,7 @@
 
 #include "folding/costs.h"
 #include "folding/folding.h"
+#include "folding/stopwatch.h"
 
 namespace transformables {
 namespace folding {
@@ -29,6 +30,7 @@ class Planner {
   Plan greedy();
   Plan searched();
   FoldPath path_of(const Plan& plan) const;
+  bool cut_short() const { return cut_short_; }
 
  private:
   State folded() const { return State(costs_.units().size(), std::uint8_t(Unit::kFolded)); }
@@ -40,7 +42,8 @@ class Planner {
   std::vector<std::vector<Step>> neighbours(const Plan& plan, std::size_t k) const;
   std::vector<double> step_costs(const std::vector<Step>& steps);
   Plan priced(std::vector<Step> steps);
-  bool spent() const { return costs_.expansions() >= options_.expansions; }
+  bool spent() { return costs_.expansions() >= options_.expansions || late(); }
+  bool late();
   void tell(double fraction, const char* note) const { progress_(fraction, note); }
 
   const Design& design_;
@@ -49,7 +52,15 @@ class Planner {
   const FoldPath* start_;
   Costs costs_;
   std::size_t least_moves_ = 0;
+  const Stopwatch watch_{options_.threads};
+  bool cut_short_ = false;
 };
+
+/// Moves are counted, not seconds, so that the result is the same on any machine; only one that is too slow for that is stopped by the clock.
+bool Planner::late() {
+  cut_short_ = cut_short_ || (options_.seconds > 0 && watch_.seconds() > options_.seconds);
+  return cut_short_;
+}
 
 std::vector<Step> Planner::openings(const State& state) const {
   std::vector<Step> steps;
@@ -223,7 +234,7 @@ std::optional<Plan> Planner::improved(const Plan& plan) {
 Plan Planner::searched() {
   Plan best = greedy();
   if (best.cost == 0) return best;
-  best = beam(best);
+  if (!late()) best = beam(best);
   if (const std::optional<Plan> given = started(); given && given->cost < best.cost) best = *given;
   while (best.cost > 0 && !spent()) {
     std::optional<Plan> next = improved(best);
@@ -252,6 +263,7 @@ FoldPath planned(const Design& design, const FoldingOptions& options, const Prog
   arena.execute([&] {
     Planner planner(design, options, progress, start);
     path = planner.path_of((planner.*search)());
+    path.cut_short = planner.cut_short();
   });
   return measured(path, design.segmentation, design.character, design.target, design.embedding, options);
 }

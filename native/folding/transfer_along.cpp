@@ -8,6 +8,7 @@
 #include "folding/folding.h"
 #include "folding/regrowth.h"
 #include "folding/smoothing.h"
+#include "folding/stopwatch.h"
 
 namespace transformables {
 namespace folding {
@@ -76,11 +77,13 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
              const FoldingOptions& options, const Progress& progress) {
   constexpr double kWorthARound = 0.05;  // of what collides, that a round must mend for another to follow
   if (options.rounds < 1) throw InvalidInput("folding: rounds must be at least 1");
+  const folding::Stopwatch watch(options.threads);
   Folding best;
   Segmentation current = segmentation;
   FoldPath path = plan(current, character, target, embedding, options, progress);
   FoldingOptions again = options;  // later plans start from the last one and need less
   again.expansions = options.expansions / 2;
+  bool cut_short = path.cut_short;
   for (int round = 0; round < options.rounds; ++round) {
     const Progress part{[&](double fraction, std::string_view note) {
       return !progress.tell || progress.tell((round + fraction) / options.rounds, note);
@@ -94,13 +97,18 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
     current = std::move(changed);
     const bool slow = result.colliding_after > (1 - kWorthARound) * result.colliding_before;
     if (slow || best.carving_after == 0 || round + 1 == options.rounds) break;
+    if (options.seconds > 0) again.seconds = options.seconds - watch.seconds();
+    cut_short = cut_short || again.seconds < 0;
+    if (cut_short) break;
     path = plan(current, character, target, embedding, again, part, &path);
+    cut_short = path.cut_short;
   }
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
   arena.execute([&] {
     const folding::Design design{character, best.segmentation, target, embedding};
     best.segmentation = folding::smoothed(design, best.path, options, best.carving_before, best.carving_after);
   });
+  best.path.cut_short = cut_short;
   best.path = measured(best.path, best.segmentation, character, target, embedding, options);
   return best;
 }

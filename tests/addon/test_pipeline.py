@@ -36,6 +36,7 @@ def native(monkeypatch):
     import transformables_native
     transformables_native.calls.clear()
     transformables_native.searches.clear()
+    transformables_native.budgets.clear()
     yield transformables_native
     sys.modules.pop("transformables_native")
 
@@ -129,6 +130,53 @@ def test_exploring_gives_several_poses_each_with_lines_to_draw_and_what_is_wrong
     assert [len(solution["points"]) for solution in result["solutions"]] == [4, 4, 4]
     assert result["solutions"][0]["outside"] == ["arm"] and result["solutions"][0]["colliding"] == [["root", "arm"]]
     assert result["embedding"]["angles"] == result["solutions"][0]["angles"]
+
+
+def test_a_pair_to_be_kept_apart_decides_between_poses(native):
+    plain, _ = pipeline.run(*two_bones(until="embedding"), Ears())
+    steered, _ = pipeline.run(*two_bones(until="embedding", steering={"apart": [["root", "arm"]]}), Ears())
+    assert plain["embedding"]["angles"] == [0.5]
+    assert steered["embedding"]["angles"] == [0.1], "in the stand-in the least folded pose has least in the way"
+    with pytest.raises(UserError, match="no bone 'tail'"):
+        pipeline.run(*two_bones(steering={"apart": [["root", "tail"]]}), Ears())
+
+
+def test_a_rival_stays_unless_the_search_beats_it(native):
+    steering = {"apart": [["root", "arm"]]}
+    ears = Ears()
+    good = {**POSE, "angles": [0.01], "terms": {"total": 0.5}}
+    kept, _ = pipeline.run(*two_bones(steering=steering, stored={"rival": good}), ears)
+    assert kept["embedding"] == good and any("present one was kept" in text for text in ears.warnings)
+    assert kept["path"]["moves"] == [[[0, 0.01, 0.0]]]
+    ears = Ears()
+    beaten, _ = pipeline.run(*two_bones(steering=steering, stored={"rival": {**POSE, "angles": [1.4]}}), ears)
+    assert beaten["embedding"]["angles"] == [0.1] and not any("kept" in text for text in ears.warnings)
+
+
+def test_the_target_time_of_the_fold_is_a_number_of_tries_and_a_limit(native):
+    for seconds, tries in ((20.0, 3000), (40.0, 6000), (0.1, 15)):
+        native.budgets.clear()
+        message, arrays = two_bones()
+        message["options"]["fold_seconds"] = seconds
+        pipeline.run(message, arrays, Ears())
+        assert native.budgets[-1] == (tries, seconds)
+        assert all(limit == seconds for _, limit in native.budgets), "rehearsals, too, end in time"
+
+
+def test_a_search_that_was_stopped_by_the_clock_is_told(native, monkeypatch):
+    real = native.fold
+
+    def slow(*arguments, **more):
+        folding = real(*arguments, **more)
+        folding.path.cut_short = True
+        return folding
+
+    ears = Ears()
+    pipeline.run(*two_bones(), ears)
+    assert not any("stopped after" in text for text in ears.warnings)
+    monkeypatch.setattr(native, "fold", slow)
+    pipeline.run(*two_bones(), ears)
+    assert len([text for text in ears.warnings if "stopped after 20 s" in text]) == 1
 
 
 def test_what_is_steered_reaches_the_search(native):

@@ -50,6 +50,21 @@ def test_a_fold_can_be_given_its_length():
     assert scheduled(PATH, frames=2).last_frame == 4  # a frame a move at least
 
 
+def test_a_loop_plays_there_and_back_and_shows_no_frame_twice():
+    plan = scheduled(PATH, frames=40)
+    assert plan.scene_end(False) == 40
+    frames = plan.scene_end(True)
+    there_and_back = [frame if frame <= 40 else 80 - frame for frame in range(1, frames + 2)]
+    assert there_and_back[0] == there_and_back[-1] == 1, "the frame after the last is the first again"
+    assert there_and_back[-2] == 2 and there_and_back.count(1) == 2 and there_and_back.count(40) == 1
+
+
+def test_two_schedules_of_the_same_moves_have_matching_waypoints():
+    short, long = scheduled(PATH, frames=10), scheduled(PATH, frames=500)
+    assert len(short.waypoints()) == len(long.waypoints()) == len(PATH) + 1
+    assert all(a < b for plan in (short, long) for a, b in zip(plan.waypoints(), plan.waypoints()[1:]))
+
+
 def test_a_character_that_is_folded_as_it_stands_has_an_action_of_no_moves():
     plan = scheduled([])
     assert plan.last_frame > 1 and plan.angles_at(plan.last_frame, 2) == [0, 0]

@@ -210,3 +210,24 @@ def test_a_target_that_lies_very_far_out_for_its_size_is_designed_with_a_warning
     assert cli.run(["design", *outputs(tmp_path)]) == 0
     report = json.loads((tmp_path / "out.json").read_text())
     assert any("very far for its size" in w for w in report["warnings"]) == told_of
+
+
+def test_parts_are_written_for_printing_into_a_folder_that_is_made(scene, tmp_path, capfd):
+    assert cli.run(["design", "--parts", str(tmp_path / "a" / "b")]) == 0
+    names = sorted(p.name for p in (tmp_path / "a" / "b").iterdir())
+    assert len(names) == 8 and "thigh.L.stl" in names and all(name.endswith(".stl") for name in names)
+
+
+def test_a_parts_folder_that_cannot_be_made_is_refused_before_the_work(scene, tmp_path, capfd):
+    (tmp_path / "file").write_text("")
+    assert cli.run(["design", "--parts", str(tmp_path / "file" / "b"), "--report", str(tmp_path / "r.json")]) == 2
+    (line,) = told(capfd)
+    assert "--parts" in line and "folder that you may write to" in line
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def test_length_and_loop_of_the_fold_are_the_commands(scene, tmp_path):
+    assert cli.run(["design", "--frames", "40", "--loop", "on", "--fold-seconds", "5", *outputs(tmp_path)]) == 0
+    assert (bpy.context.scene.frame_start, bpy.context.scene.frame_end) == (1, 78)
+    report = json.loads((tmp_path / "out.json").read_text())
+    assert report["frames"] == [1, 40] and report["options"]["fold_seconds"] == 5

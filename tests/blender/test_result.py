@@ -11,9 +11,9 @@ from mathutils import Euler, Matrix, Quaternion, Vector
 import numpy as np
 import pytest
 import scenes
-from transformables.bridge import animation, design
+from transformables.bridge import animation, design, printing
 from transformables.core import kinematics, schedule
-from transformables.core.options import DesignOptions
+from transformables.core.options import DesignOptions, UserError
 
 FIT, UNITS = 0.4, 0.25  # target units for one unit of the armature; for one Blender unit
 BOX = np.array(list(itertools.product((-0.01, 0.01), (0.0, 0.05), (-0.02, 0.02))))
@@ -203,6 +203,60 @@ def test_markers_of_the_action_name_the_joints_that_start_to_turn_there(made):
             assert turned.angle > 0.01, name
 
 
+def timeline():
+    return sorted((m.frame, m.name) for m in bpy.context.scene.timeline_markers)
+
+
+def test_the_timeline_has_the_same_markers_and_they_go_with_the_design(made):
+    assert timeline() == sorted((m.frame, m.name) for m in made["action"].pose_markers) and len(timeline()) == len(made["schedule"].steps)
+    bpy.context.scene.timeline_markers.new("mine", frame=7)
+    taken = min(bpy.context.scene.timeline_markers, key=lambda m: m.frame)
+    taken.name = "the artist's now"
+    options = DesignOptions(frames=300)
+    design.apply(bpy.context, made["result"], made["arrays"], made["character"], made["target"], options)
+    names = [name for _, name in timeline()]
+    assert "mine" in names and "the artist's now" in names and len(names) == len(made["schedule"].steps) + 2
+
+
+def test_a_loop_folds_back_by_the_same_way_without_a_jump(made):
+    plan = design.retimed(bpy.context.scene, made["rig"], DesignOptions(loop=True))
+    scene, last = bpy.context.scene, made["schedule"].last_frame
+    assert plan.last_frame == last and scene.frame_start == 1 and scene.frame_end == 2 * last - 2
+    for back in (0, 1, 17.5, last - 1):
+        there, again = world_of_bones(made["rig"], last - back), world_of_bones(made["rig"], last + back)
+        assert all(scenes.close(there[n], again[n], 1e-4) for n in there), back
+    first, after = world_of_bones(made["rig"], 1), world_of_bones(made["rig"], scene.frame_end + 1)
+    assert all(scenes.close(first[n], after[n], 1e-4) for n in first)
+    assert tuple(int(f) for f in made["action"].frame_range) == (1, last), "the action itself is the fold"
+    design.retimed(scene, made["rig"], DesignOptions())
+    assert scene.frame_end == last
+    rest, beyond = world_of_bones(made["rig"], last), world_of_bones(made["rig"], last + 10)
+    assert all(scenes.close(rest[n], beyond[n], 1e-5) for n in rest)
+
+
+def test_another_length_is_the_same_fold_at_another_pace(made):
+    rig, count = made["rig"], made["result"]["character"]["angle_count"]
+    plan = design.retimed(bpy.context.scene, rig, DesignOptions(frames=37))
+    assert plan.last_frame == 37 and bpy.context.scene.frame_end == 37
+    assert tuple(int(f) for f in made["action"].frame_range) == (1, 37)
+    assert [frame for frame, _ in timeline()] == [step.start for step in plan.steps]
+    character = made["result"]["character"]
+    for frame in (1, 8.3, 20, 37):
+        wanted = plan.angles_at(frame, count)
+        for name, first, hinges in zip(character["bodies"], character["first_angle"], character["hinges"]):
+            pose_bone = rig.evaluated_get(at(frame)).pose.bones[name]
+            for offset, (axis, _, _) in enumerate(hinges):
+                assert pose_bone.rotation_euler[axis] == pytest.approx(wanted[first + offset], abs=2e-3)
+    animation.use_slider(rig, True)
+    rig["fold"] = 1.0
+    rig.update_tag()
+    bpy.context.view_layer.update()
+    folded = world_of_bones(rig, 1)
+    animation.use_slider(rig, False)
+    wanted = world_of_bones(rig, 37)
+    assert all(scenes.close(folded[n], wanted[n], 2e-3) for n in wanted)
+
+
 def test_parts_are_the_numbers_that_came_in(made):
     for part in made["parts"]:
         mesh = part.data
@@ -295,3 +349,26 @@ def test_euler_angles_mean_the_same_here_and_in_the_native_module():
 
 def test_schedules_first_frame_is_the_scenes(made):
     assert schedule.FIRST_FRAME == bpy.context.scene.frame_start
+
+
+@pytest.mark.parametrize("file_format", ["stl", "3mf"])
+def test_parts_are_exported_in_millimetres_at_the_designs_size(scene, tmp_path, file_format):
+    options = DesignOptions(size_mm=80.0)
+    made = design.apply(bpy.context, *hand_made(*scene, options), *scene, options)
+    names = printing.export(made["rig"], str(tmp_path / "new" / "folder"), file_format)
+    assert sorted(p.name for p in (tmp_path / "new" / "folder").iterdir()) == sorted(names), "nothing but the parts"
+    assert len(names) == (len(made["parts"]) if file_format == "stl" else 1)
+    for name, points, triangles in printing.parts_of(made["rig"]):
+        size = np.ptp(np.array(points), axis=0)
+        assert size == pytest.approx(np.ptp(BOX, axis=0) * 80.0 / 0.5, rel=1e-5), name  # 0.5 target units are as long as the size
+        assert len(triangles) == len(BOX_FACES)
+
+
+def test_a_design_without_its_size_or_a_folder_that_cannot_be_written_is_refused_in_words(made, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UserError, match="choose a folder"):
+        printing.export(made["rig"], str(tmp_path / "file" / "below"))
+    del made["rig"][printing.MM]
+    with pytest.raises(UserError, match="older version"):
+        printing.export(made["rig"], str(tmp_path))
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]

@@ -243,13 +243,19 @@ def the_stages_run_one_by_one_each_from_the_stored_result():
     path = settings.folding_stage.stored
     yield from picture("stage_folding")
     yield from _run_stage("finish")
-    assert settings.embedding_stage.stored == pose and settings.folding_stage.stored == path
+    assert settings.embedding_stage.stored == pose and _turns(settings.folding_stage.stored) == _turns(path)
     assert roles().count("rig") == 1
     from transformables.ui import fingerprint
     assert fingerprint.fits(bpy.context.scene, "folding", settings.folding_stage.stored_for)
     settings.embedding_stage.seed = 7
     assert not fingerprint.fits(bpy.context.scene, "folding", settings.folding_stage.stored_for)
     yield from picture("stale")
+
+
+def _turns(path):
+    """All turns of a path in order; which of them go at the same time is finishing's choice."""
+    import json
+    return [turn for move in json.loads(path)["moves"] for turn in move]
 
 
 def _run_stage(name):
@@ -362,7 +368,7 @@ def _timed():
 
 
 def exploring_lists_poses_and_clicking_one_draws_it_and_use_takes_it():
-    yield from _with_open_panels("TRANSFORMABLES_PT_embedding", "TRANSFORMABLES_PT_explore")
+    yield from _with_open_panels("embedding", "TRANSFORMABLES_PT_embedding", "TRANSFORMABLES_PT_explore")
     _use_module_in(STAND_IN)
     group = bpy.context.scene.transformables.embedding_stage
     yield from open_tab(bpy.types.TRANSFORMABLES_PT_main)
@@ -392,21 +398,53 @@ def exploring_lists_poses_and_clicking_one_draws_it_and_use_takes_it():
     assert bpy.context.scene.transformables.embedding_stage.stored != chosen, "one step back undoes Use"
 
 
-def _with_open_panels(*names_of_panels):
-    """The scene, with these panels as of a user who has opened them."""
-    from transformables.stages.embedding import panel
+def a_pair_in_the_way_is_shown_at_its_moment_and_a_remedy_that_is_cancelled_changes_nothing():
+    from transformables.ui import block_overlay
+    yield from _with_open_panels("folding", "TRANSFORMABLES_PT_folding", "TRANSFORMABLES_PT_blocks")
+    _use_module_in(STAND_IN)
+    with bpy.context.temp_override(window=driver.window(), area=driver.view()):
+        bpy.ops.transformables.design()
+        bpy.ops.ed.undo_push(message="Design")
+    settings = bpy.context.scene.transformables
+    assert len(settings.folding_stage.blocks) == 1 and not block_overlay.shown()
+    yield from open_tab(bpy.types.TRANSFORMABLES_PT_main)
+    yield from driver.scroll_sidebar(30)
+    before = bpy.context.scene.frame_current
+    yield from click_button("bpy.ops.transformables.show_block", across=0.3)
+    yield from wait_for(block_overlay.shown, 5, "the pair to be shown")
+    assert bpy.context.scene.frame_current != before
+    assert {o["transformable_bone"] for o in bpy.context.view_layer.objects if o.select_get()} == {"link0", "link1"}
+    yield from picture("in_the_way")
+    stored = settings.embedding_stage.stored
+    yield from click_button("bpy.ops.transformables.keep_apart")
+    yield from at_work()
+    assert settings.embedding_stage.seed == ANSWERS_SLOWLY  # the next seed, by which the stand-in waits
+    yield from press("ESC")
+    yield from wait_for(lambda: running() is None, 10, "Esc to end the search")
+    assert settings.embedding_stage.seed == 0 and not settings.embedding_stage.apart and settings.embedding_stage.stored == stored
+
+
+def _with_open_panels(stage, *names_of_panels):
+    """The scene, with these panels of a stage as of a user who has opened them."""
+    import importlib
+    panel = importlib.import_module(f"transformables.stages.{stage}.panel")
     addon_utils.disable("transformables", default_set=True)
     classes = [getattr(panel, name) for name in names_of_panels]
+    closed = [cls.__dict__.get("bl_options") for cls in classes]
     for cls in classes:
         cls.bl_options = set()
     try:
         yield from make_scene()
     finally:
-        for cls in classes:
-            del cls.bl_options
+        for cls, options in zip(classes, closed):
+            if options is None:
+                del cls.bl_options
+            else:
+                cls.bl_options = options
 
 
 SCENARIOS = (
+    a_pair_in_the_way_is_shown_at_its_moment_and_a_remedy_that_is_cancelled_changes_nothing,
     exploring_lists_poses_and_clicking_one_draws_it_and_use_takes_it,
     clicking_design_gives_the_result_and_ctrl_z_takes_it_away_in_one_step,
     esc_cancels_and_leaves_the_scene_as_it_was,

@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The fold as one Action, and a slider for it. The only module that knows how Actions differ between Blenders."""
+import json
+
 import bpy
 from mathutils import Matrix, Vector
 import numpy as np
 
 LINEAR, EASE, HOLD = ("LINEAR", "AUTO"), ("SINE", "EASE_IN_OUT"), ("CONSTANT", "AUTO")
+
+
+MARKERS = "transformable_markers"  # of the rig: the timeline's markers that are its own, as [name, frame]
 
 
 def new_fold(rig, layout, schedule, result):
@@ -21,6 +26,57 @@ def new_fold(rig, layout, schedule, result):
     _move_root(curves, rig, layout, schedule, result)
     _mark_moves(action, layout, schedule)
     return action
+
+
+def play(scene, rig, schedule, loop):
+    """Sets the scene's range to the fold, marks its moves in the timeline, and lets it fold back again when it is a loop."""
+    scene.frame_start, scene.frame_end = 1, schedule.scene_end(loop)
+    unmark(scene, rig)
+    action = fold_of(rig)
+    markers = [scene.timeline_markers.new(marker.name, frame=marker.frame) for marker in action.pose_markers]
+    rig[MARKERS] = json.dumps([[marker.name, marker.frame] for marker in markers])
+    for curve in _curves_of(action):
+        for modifier in [m for m in curve.modifiers if m.type == "CYCLES"]:
+            curve.modifiers.remove(modifier)
+        if loop:
+            modifier = curve.modifiers.new("CYCLES")
+            modifier.mode_before, modifier.mode_after = "NONE", "MIRROR"
+
+
+def unmark(scene, rig):
+    """Takes the rig's markers out of the timeline. One that the artist has moved or renamed is the artist's."""
+    own = [tuple(marker) for marker in json.loads(rig.get(MARKERS, "[]"))]
+    for marker in [m for m in scene.timeline_markers if (m.name, m.frame) in own]:
+        scene.timeline_markers.remove(marker)
+
+
+def retime(rig, before, after):
+    """Moves the fold's keys from one schedule to another of the same moves; keys in between keep their place between the moves."""
+    def moved(frame):
+        return float(np.interp(frame, before.waypoints(), after.waypoints()))
+
+    action = fold_of(rig)
+    for curve in _curves_of(action):
+        for key in curve.keyframe_points:
+            key.co.x = moved(key.co.x)
+        curve.update()
+    for marker in action.pose_markers:
+        marker.frame = round(moved(marker.frame))
+    for pose_bone in rig.pose.bones:
+        for constraint in pose_bone.constraints:
+            if constraint.type == "ACTION" and constraint.name == "Fold":
+                constraint.frame_end = after.last_frame
+
+
+def fold_of(rig):
+    """The rig's fold, also while the slider is on."""
+    return next((c.action for b in rig.pose.bones for c in b.constraints if c.type == "ACTION" and c.name == "Fold"), None)
+
+
+def _curves_of(action):
+    if hasattr(action, "slots"):
+        return action.layers[0].strips[0].channelbag(action.slots[0]).fcurves
+    return action.fcurves
 
 
 def _mark_moves(action, layout, schedule):
@@ -119,7 +175,7 @@ def _drive(constraint, attribute, rig, name):
 
 def use_slider(rig, on):
     """Lets the slider fold the rig instead of its action, or the action again."""
-    action = next((c.action for b in rig.pose.bones for c in b.constraints if c.type == "ACTION" and c.name == "Fold"), None)
+    action = fold_of(rig)
     rig["use_fold_slider"] = 1.0 if on else 0.0
     rig.animation_data.action = None if on else action
     if not on and hasattr(rig.animation_data, "action_slot"):

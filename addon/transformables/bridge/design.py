@@ -6,9 +6,9 @@ import json
 import bpy
 import numpy as np
 
-from ..core import kinematics, report, schedule
+from ..core import blocks, kinematics, report, schedule
 from ..core.options import UserError
-from . import animation, armature, mesh, rig
+from . import animation, armature, mesh, printing, rig
 from . import edits as edit_list
 
 VERSION = "0.1.0"
@@ -19,10 +19,11 @@ SMALLEST_SIDE = 1e-3  # Blender units: it deletes bones that are shorter than a 
 
 
 def gather(character_obj, target_obj, options, until="finishing", embedding=None, path=None, start=None, steering=None, explore=None,
-           context=None, edits=()):
+           rival=None, context=None, edits=()):
     """A job's message and arrays (core/pipeline.py) from two objects; nothing in the scene changes.
 
-    `embedding` and `path` as an earlier result gave them are not searched again; `start` is a folded pose to search from;
+    `embedding` and `path` as an earlier result gave them are not searched again; `start` is a folded pose to search from; `rival` one that
+    a search has to beat;
     `steering` and `explore` as core/pipeline.py has them; `edits` are the artist's edits of the segmentation, as bridge/edits.py gathers them.
     Raises UserError. A message holds names and numbers only, no reference to Blender's data.
     """
@@ -44,7 +45,7 @@ def gather(character_obj, target_obj, options, until="finishing", embedding=None
         "names": {"character": character_obj.name, "target": target_obj.name},
         "character": {"names": character.names, "parents": character.parents, "hinges": character.hinges},
         "target": {"floor": float(box[0][2]) if box else 0.0}, "warnings": warnings,
-        "stored": {"embedding": embedding, "path": path, "start": start},
+        "stored": {"embedding": embedding, "path": path, "start": start, "rival": rival},
         "steering": steering or {}, "explore": explore}
     arrays = {"heads": ("d", character.heads.tobytes()), "tails": ("d", character.tails.tobytes()),
               "axes": ("d", character.axes.tobytes()), "rotation": ("d", character.rotation.tobytes()),
@@ -71,7 +72,7 @@ def _told_of_distance(name, box):
 def apply(context, result, arrays, character_obj, target_obj, options):
     """Makes the result's objects in the scene, in the older result's place if there is one.
 
-    Gives {"collection", "rig", "parts", "action", "schedule", "report"}. Inputs get the contract's marks, and the
+    Gives {"collection", "rig", "parts", "action", "schedule", "in_the_way" (rows of core/blocks.py), "report"}. Inputs get the contract's marks, and the
     target is hidden; nothing else of them changes.
     """
     layout = rig.Layout(result, arrays)
@@ -87,12 +88,29 @@ def apply(context, result, arrays, character_obj, target_obj, options):
     _dress(context, objects, parts, result, arrays, layout, target_obj)
     action = animation.new_fold(new_rig, layout, plan, result)
     animation.add_slider(new_rig, action, plan.last_frame)
+    new_rig[printing.MM] = options.millimetres(result["target"]["scale"])
     new_rig["transformable_stored"] = json.dumps({key: result[key] for key in ("options", "embedding", "path")})
     scene = context.scene
-    scene.frame_start, scene.frame_end = schedule.FIRST_FRAME, plan.last_frame
+    animation.play(scene, new_rig, plan, options.loop)
     scene.frame_set(schedule.FIRST_FRAME)
-    return {"collection": collection, "rig": new_rig, "parts": objects, "action": action, "schedule": plan,
-            "report": report.build(result, plan, VERSION, bpy.app.version_string)}
+    rows = blocks.blocks(result, plan)
+    return {"collection": collection, "rig": new_rig, "parts": objects, "action": action, "schedule": plan, "in_the_way": rows,
+            "report": report.build(result, plan, VERSION, bpy.app.version_string, rows)}
+
+
+def retimed(scene, rig, options):
+    """Gives the fold of a rig that `apply` made the length and the loop of these options. Gives its schedule. Raises UserError."""
+    stored = json.loads(rig["transformable_stored"])
+    before = stored["options"]
+    moves = stored["path"]["moves"] if stored["path"] else schedule.together(stored["embedding"]["angles"])
+    if animation.fold_of(rig) is None:
+        raise UserError(f"'{rig.name}' has lost its fold: make the design again")
+    plan = schedule.scheduled(moves, options.frames)
+    animation.retime(rig, schedule.scheduled(moves, before["frames"]), plan)
+    animation.play(scene, rig, plan, options.loop)
+    before.update(frames=options.frames, loop=options.loop)
+    rig["transformable_stored"] = json.dumps(stored)
+    return plan
 
 
 def _dress(context, objects, parts, result, arrays, layout, target_obj):

@@ -8,7 +8,7 @@ from mathutils import Matrix, Vector
 import numpy as np
 
 from ..core import kinematics
-from . import mesh
+from . import animation, mesh
 
 LETTERS = "xyz"
 REST_TOLERANCE = 1e-3  # of a rotation matrix's elements: Blender stores rest frames as a direction and a roll
@@ -172,6 +172,7 @@ def result_collection(context, character_obj, target_obj):
     collection = None
     for rig in [o for o in bpy.data.objects if _is_result(o, character_obj, target_obj)]:
         collection = rig.users_collection[0] if rig.users_collection else collection
+        animation.unmark(context.scene, rig)
         remove(rig)
     if collection is None or collection == context.scene.collection:
         collection = bpy.data.collections.new(f"{character_obj.name} as {target_obj.name}")

@@ -27,6 +27,9 @@ class DesignOptions:
     style: str = "solid"        # one of STYLES
     wall_mm: float = 1.2        # of shells
     frames: int = 0             # length of the fold's action; 0: by the angles turned
+    together: bool = True       # joints whose moves follow each other turn at the same time where that is proved to be safe
+    loop: bool = False          # the action goes back from object mode to character mode, so that it repeats without a jump
+    fold_seconds: float = 20.0  # for the search of the fold's order: how much is tried, and a limit on a machine too slow for that
     threads: int = 0            # 0: all cores; the design does not depend on it
 
     def validate(self):
@@ -45,6 +48,10 @@ class DesignOptions:
         _whole("frames", self.frames, 0, 100000)
         if self.frames == 1:
             raise UserError("frames is 1: a fold needs at least 2 frames (0: chosen by the angles turned)")
+        for name in ("together", "loop"):
+            if not isinstance(getattr(self, name), bool):
+                raise UserError(f"{name} is {getattr(self, name)!r}: choose on or off")
+        _number("fold_seconds", self.fold_seconds, 0.1, 3600.0, " s")
         _whole("threads", self.threads, 0, 1024)
 
     def bone_limit(self):

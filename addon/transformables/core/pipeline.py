@@ -2,8 +2,8 @@
 """The rooms in their order, on arrays: what a worker does with a job. Knows the native module, not Blender.
 
 A job is a dict: `options` (DesignOptions.as_dict()), `character` {names, parents, hinges}, `until` (one of UNTIL),
-`stored` {embedding, path, start}, as an earlier result gave them: an embedding or a path that is there is not searched again,
-`start` is a pose to search from; `steering` (core/steering.py) what the search leaves alone; `explore` {count, least_difference}: search
+`stored` {embedding, path, start, rival}, as an earlier result gave them: an embedding or a path that is there is not searched again,
+`start` is a pose to search from; `rival` a pose that is kept unless the search finds a better one; `steering` (core/steering.py) what the search leaves alone; `explore` {count, least_difference}: search
 for several poses (the result has them as `solutions`), and go on with the best; `names`, `target` and `warnings` go into the result.
 `edits` (optional) are the artist's edits of the segmentation, in order: {kind ("remove", "inhibit", "keep_whole", "assign", "move_seam"), bone and
 other (armature bones), name (for messages), thickness_mm, faces, from, to (names of arrays: corners of painted triangles, n x 9, places of a
@@ -14,7 +14,7 @@ import time
 from array import array
 from typing import NamedTuple
 
-from . import kinematics, schedule, steering
+from . import blocks, kinematics, schedule, steering, together
 from .options import LONGEST_SIDE, DesignOptions, UserError
 
 UNTIL = ("embedding", "segmentation", "folding", "finishing")
@@ -26,18 +26,23 @@ EVALUATIONS = 5000         # of the objective, for each
 FINE = 96                  # voxels along the longest side, from which on a rehearsal takes too long: the best pose is taken as it is
 DIFFERENT = 0.15           # share of the target that goes to another bone, for poses to differ
 GOOD_ENOUGH_PCT = 2.5      # of the target, carved: the next pose is not tried then
+APART = 10.0               # how much more the pairs' share counts that are to be kept apart
+EXPANSIONS_A_SECOND = 150  # moves that the search for the fold's order may try, for each second of its target time: few enough for most machines
 ROUGHLY = {"rounds": 1, "expansions": 200}   # how well the unfolding of each is searched, to tell them apart
 TOUCHING_BONES = 1e-4       # target units: capsules that are less deep in one another do not collide
 ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
+PROVED_AGAIN = 0.999       # of the gap that is proved, that joints which turn together must keep: proofs differ by rounding
+LEAST_ENOUGH = 1e-4        # target units: a proof looks at least that far
 EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "value", "symmetric", "deepest_protrusion", "deepest_collision")
 
 
 class Rehearsal(NamedTuple):
-    """A folded pose, how it divides the target, how that unfolds, and what carving would take, as a share of the target."""
+    """A folded pose, how it divides the target, how that unfolds, and what carving would take, as a share of the target; what it
+    would take from pairs that are to be kept apart counts more."""
     embedding: object
     segmentation: object
     folding: object
-    carved_pct: float
+    loss_pct: float
 
 
 class Cancelled(Exception):
@@ -60,11 +65,11 @@ class _Run:
         self.until = job.get("until", "finishing")
         if self.until not in UNTIL:
             raise UserError(f"a job can end at {', '.join(UNTIL)}, not at {self.until!r}")
-        self.stored = job.get("stored") or {}
+        self.stored = dict(job.get("stored") or {})
         self.armature = job["character"]
         self.job = job
-        self.seconds, self.warnings = {}, []
-        self.path = self.parts = self.segmentation = self.certificate = self.rehearsed = None
+        self.seconds, self.warnings, self.cut_short = {}, [], False
+        self.joined = self.path = self.parts = self.segmentation = self.certificate = self.rehearsed = None
         self.part_arrays, self.solutions, self.seams, self.seam_arrays = {}, [], [], {}
 
     def run(self):
@@ -139,30 +144,43 @@ class _Run:
 
     def _search_and_rehearse(self, search):
         """Some poses that differ; the one that seems to lose least to carving is taken, or the next when it loses much after all: carving is
-        rehearsed on samples. Skeletons that stick out of the target, or through themselves, are the last resort."""
+        rehearsed on samples. Skeletons that stick out of the target, or through themselves, are the last resort. A rival is rehearsed, too."""
         search["progress"] = self._progress("embedding", 0.0, 0.4)
-        tried = TRIED if self.options.resolution < FINE else 1
+        self.apart = steering.pairs_apart(self.job.get("steering") or {}, self._bodies())
+        rival = self._stored_embedding(self.stored["rival"]) if self.stored.get("rival") else None
+        tried = TRIED if self.options.resolution < FINE or self.apart else 1
         found = self.tn.explore(self.character, self.target, count=tried, least_difference=DIFFERENT, evaluations=EVALUATIONS, **search)
         sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
-        rough = []
-        for k, embedding in enumerate(sound if len(sound) > 1 else ()):
-            share = 0.2 / len(sound)
-            rough.append(self._rehearsal(embedding, self._progress("embedding", 0.4 + k * share, 0.4 + (k + 1) * share), **ROUGHLY))
-        rough.sort(key=lambda rehearsal: rehearsal.carved_pct)
-        tries = [(r.embedding, r.segmentation) for r in rough[:2]] or [(sound[0], None)]
+        tries = [*self._two_best(sound), *([(rival, None)] if rival else [])]
         for k, (embedding, segmentation) in enumerate(tries):
-            rehearsal = self._rehearsal(embedding, self._progress("embedding", 0.6 + 0.2 * k, 0.8 + 0.2 * k), segmentation)
-            if self.rehearsed is None or rehearsal.carved_pct < self.rehearsed.carved_pct:
+            rehearsal = self._rehearsal(embedding, self._progress("embedding", 0.6 + 0.4 * k / len(tries), 0.6 + 0.4 * (k + 1) / len(tries)), segmentation)
+            if self.rehearsed is None or rehearsal.loss_pct < self.rehearsed.loss_pct:
                 self.rehearsed = rehearsal
-            if rehearsal.carved_pct < GOOD_ENOUGH_PCT:
+            if rehearsal.loss_pct < GOOD_ENOUGH_PCT and not rival:
                 break
         self.embedding = self.rehearsed.embedding
+        if self.embedding is rival:
+            self.stored["embedding"] = self.stored["rival"]
+            self._warn(["No better folded pose was found, so the present one was kept. Try again: every search looks elsewhere"])
+
+    def _two_best(self, embeddings):
+        """Of several poses the two that lose least when they are rehearsed roughly, each with its segmentation if there is one."""
+        rough = []
+        for k, embedding in enumerate(embeddings if len(embeddings) > 1 else ()):
+            share = 0.2 / len(embeddings)
+            rough.append(self._rehearsal(embedding, self._progress("embedding", 0.4 + k * share, 0.4 + (k + 1) * share), **ROUGHLY))
+        rough.sort(key=lambda rehearsal: rehearsal.loss_pct)
+        return [(r.embedding, r.segmentation) for r in rough[:2]] or [(embeddings[0], None)]
 
     def _rehearsal(self, embedding, progress, segmentation=None, **search):
         if segmentation is None:
             segmentation = self._grown(embedding, lambda fraction, note="": progress(0.3 * fraction, note))
         folding = self._folded(embedding, segmentation, lambda fraction, note="": progress(0.3 + 0.7 * fraction, note), **search)
-        return Rehearsal(embedding, segmentation, folding, 100 * folding.carving_after / self.target.volume)
+        loss = folding.carving_after / self.target.volume
+        if self.apart:
+            path = {"collisions": folding.path.collisions}
+            loss += APART * sum(blocks.share_of(path, pair, self.target.volume) for pair in self.apart)
+        return Rehearsal(embedding, segmentation, folding, 100 * loss)
 
     def _sound(self, embedding):
         least = LONGEST_SIDE / self.options.resolution
@@ -171,9 +189,12 @@ class _Run:
     def _steering(self):
         wanted = self.job.get("steering") or {}
         pose = self.stored.get("start") or wanted.get("pose")
-        bodies = {self.armature["names"][bone]: body for body, members in enumerate(self.character.members) for bone in members}
-        return steering.native_arguments(wanted, self.character, bodies, self._stored_embedding(pose) if pose else None,
+        return steering.native_arguments(wanted, self.character, self._bodies(), self._stored_embedding(pose) if pose else None,
                                          lambda given: self.tn.bone_frames(self.character, given))
+
+    def _bodies(self):
+        """Of each bone's name, which body it is part of."""
+        return {self.armature["names"][bone]: body for body, members in enumerate(self.character.members) for bone in members}
 
     def _solution(self, embedding):
         """One embedding with what the artist wants to know of it: lines to draw it, and which bones are not as they should be."""
@@ -254,9 +275,16 @@ class _Run:
             return
         folding = self.rehearsed.folding if self.rehearsed else self._folded(self.embedding, self.segmentation, self._progress("folding"))
         self.path, self.segmentation = folding.path, folding.segmentation
+        if self.cut_short:
+            self._warn([f"The search for the fold's order was stopped after {self.options.fold_seconds:g} s: this machine is too slow or too busy for all that "
+                        "was to be tried. The design is sound, but another run may give another one. Allow a longer search time"])
 
     def _folded(self, embedding, segmentation, progress, **search):
-        return self.tn.fold(segmentation, self.character, self.target, embedding, threads=self.options.threads, progress=progress, **search)
+        seconds = self.options.fold_seconds
+        search = {"expansions": max(1, round(EXPANSIONS_A_SECOND * seconds)), **search}
+        folding = self.tn.fold(segmentation, self.character, self.target, embedding, seconds=seconds, threads=self.options.threads, progress=progress, **search)
+        self.cut_short = self.cut_short or folding.path.cut_short
+        return folding
 
     def _check_stored_path(self, moves):
         try:
@@ -266,26 +294,46 @@ class _Run:
                             "run the folding stage again") from None
 
     def _finishing(self):
-        self._finish(self.path, self.options.clearance_mm, self.options.style, "finishing")
+        self._finish(self.path, self.options.clearance_mm, self.options.style, self._progress("finishing", 0.0, 0.85))
         if len(self.parts.parts) < 2:
             raise UserError(f"of {len(self.character.members)} parts only {len(self.parts.parts)} would be left, and one part can't fold: "
                             "the other bones are very short or have no room. Make the bones' lengths more alike, or try another seed")
         self._warn(self.parts.warnings)
         self.certificate = self.parts.certificate
-        flat = array("d", (number for row in self.certificate.intervals for number in row))
+        self._join_moves()
+        rows = self.joined[1] if self.joined else self.certificate.intervals
+        flat = array("d", (number for row in rows for number in row))
         self.part_arrays["certificate_intervals"] = ("d", flat.tobytes())
+
+    def _join_moves(self):
+        """Lets joints turn at the same time that were planned one after the other, where that is proved for as much as the rest."""
+        moves = [[tuple(turn) for turn in turns] for turns in self.path.moves]
+        given = bool(self.stored.get("path"))  # a path that was given is followed to the letter
+        if given or not (self.options.together and self.certificate.holds and len(moves) > 1):
+            return
+        progress, tried = self._progress("finishing", 0.85, 1.0), []
+
+        def prove(angles, turns):
+            tried.append(turns)
+            pose = self.tn.Embedding(root=list(self.embedding.root), angles=list(angles), morphology=list(self.embedding.morphology), symmetric=False)
+            proof = self.tn.certify(self.parts, self.character, pose, self.tn.FoldPath(moves=[turns]), least=self.certificate.gap * PROVED_AGAIN,
+                                    enough=max(self.options.target_units(self.options.clearance_mm), LEAST_ENOUGH), threads=self.options.threads,
+                                    progress=lambda *_: progress(min(1.0, len(tried) / len(moves)), "joints that can turn together"))
+            return proof.intervals if proof.holds and proof.gap >= self.certificate.gap * PROVED_AGAIN else None
+
+        self.joined = together.joined(moves, self.certificate.intervals, list(self.embedding.angles), prove)
 
     def _preview(self):
         """Part meshes of a design that is not finished: nothing is carved."""
-        self._finish(self.tn.FoldPath(moves=[]), min(PREVIEW_CLEARANCE_MM, self.options.clearance_mm), "solid", "preview")
+        self._finish(self.tn.FoldPath(moves=[]), min(PREVIEW_CLEARANCE_MM, self.options.clearance_mm), "solid", self._progress("preview"))
         self._warn(self.parts.warnings)
 
-    def _finish(self, path, clearance_mm, style, stage):
+    def _finish(self, path, clearance_mm, style, progress):
         self.parts = self.tn.finish(
             self.segmentation, self.character, self.target, self.embedding, path,
             clearance=self.options.target_units(clearance_mm), style=style,
             wall=self.options.target_units(self.options.wall_mm), threads=self.options.threads,
-            progress=self._progress(stage))
+            progress=progress)
         self.part_arrays = {}
         for index, part in enumerate(self.parts.parts):
             self.part_arrays[f"part_{index}_vertices"] = ("d", part["vertices"])
@@ -331,8 +379,9 @@ class _Run:
     def _path_result(self):
         if self.path is None:
             return None
-        return {"moves": [[list(turn) for turn in turns] for turns in self.path.moves],
-                "overlap_volume": self.path.overlap_volume, "collisions": [dict(c) for c in self.path.collisions]}
+        moves, _, new_of = self.joined or (self.path.moves, None, range(len(self.path.moves)))
+        return {"moves": [[list(turn) for turn in turns] for turns in moves], "overlap_volume": self.path.overlap_volume,
+                "collisions": [{**c, "move": new_of[c["move"]], "angles": [turn[0] for turn in self.path.moves[c["move"]]]} for c in self.path.collisions]}
 
     def _parts_result(self):
         if self.parts is None:
@@ -346,7 +395,8 @@ class _Run:
     def _certificate_result(self):
         if self.certificate is None:
             return None
-        return {"holds": self.certificate.holds, "gap": self.certificate.gap, "open": [dict(place) for place in self.certificate.open]}
+        gap = min((row[-1] for row in self.joined[1]), default=self.certificate.gap) if self.joined else self.certificate.gap
+        return {"holds": self.certificate.holds, "gap": gap, "open": [dict(place) for place in self.certificate.open]}
 
 
 def _plain(value):

@@ -8,8 +8,8 @@ from .options import LONGEST_SIDE, DesignOptions
 LETTERS = "XYZ"
 
 
-def build(result, schedule, version, blender, warnings=()):
-    """The report as a dict. `schedule` is that of the fold's action; `warnings` come on top of the result's own."""
+def build(result, schedule, version, blender, in_the_way=()):
+    """The report as a dict. `schedule` is that of the fold's action; `in_the_way` the rows of core/blocks.py."""
     options = DesignOptions(**result["options"])
     character, embedding, finishing = result["character"], result["embedding"], result["finishing"]
     collisions = _collisions(result, schedule, options) if finishing else []
@@ -30,6 +30,7 @@ def build(result, schedule, version, blender, warnings=()):
         "certified": holds and not collisions,
         "minimum_clearance_mm": options.millimetres(certificate["gap"] if holds else finishing["minimum_clearance"]) if finished else None,
         "collisions": collisions,
+        "in_the_way": [{key: row[key] for key in ("bones", "state", "frame", "volume_mm3", "joints")} for row in in_the_way],
         "uncertified": _uncertified(result, schedule, options, certificate) if certificate else [],
         "carved_volume_pct": finishing["carved_volume_pct"] if finished else None,
         "filled_volume_pct": finishing["filled_volume_pct"] if finished else None,
@@ -38,7 +39,7 @@ def build(result, schedule, version, blender, warnings=()):
         "fit_scale": character["scale"] / result["target"]["scale"],
         "proportions": dict(zip(character["bodies"], embedding["morphology"])),
         "peak_memory_mb": result["peak_memory_mb"],
-        "warnings": [*warnings, *result["warnings"]]})
+        "warnings": list(result["warnings"])})
 
 
 def folding_order(result, schedule):
@@ -68,30 +69,30 @@ def write(path, report):
         out.write("\n")
 
 
-def _frame(schedule, move, fraction):
+def moment(result, schedule, move, fraction):
+    """(frame, joints) of a share of a move: joints [{bone, axis, angle (its index), angle_deg}] are those that turn."""
     step = next((s for s in schedule.steps if s.move == move), None)
-    return round(schedule.frame_of(step.move, fraction) if step else schedule.last_frame, 3)
+    frame = schedule.frame_of(move, fraction) if step else float(schedule.last_frame)
+    angles, owners = schedule.angles_at(frame, result["character"]["angle_count"]), _owners(result["character"])
+    return round(frame, 3), [{"bone": owners[a][0], "axis": owners[a][1], "angle": a, "angle_deg": math.degrees(angles[a])}
+                             for a, _, _ in (step.turns if step else [])]
 
 
 def _uncertified(result, schedule, options, certificate):
     bodies = result["character"]["bodies"]
-    return [{"bones": [bodies[place["bone_a"]], bodies[place["bone_b"]]], "frame": _frame(schedule, place["move"], place["fraction"]),
+    return [{"bones": [bodies[place["bone_a"]], bodies[place["bone_b"]]], "frame": moment(result, schedule, place["move"], place["fraction"])[0],
              "distance_mm": options.millimetres(place["distance"]), "reason": place["reason"]} for place in certificate["open"]]
 
 
 def _collisions(result, schedule, options):
-    bodies, owners = result["character"]["bodies"], _owners(result["character"])
+    bodies = result["character"]["bodies"]
     cubic = (options.size_mm / LONGEST_SIDE) ** 3
     rows = []
     for collision in result["finishing"]["collisions"]:
-        step = next((s for s in schedule.steps if s.move == collision["move"]), None)
-        frame = schedule.frame_of(step.move, collision["fraction"]) if step else schedule.last_frame
-        angles = schedule.angles_at(frame, result["character"]["angle_count"])
-        rows.append({
-            "bones": [bodies[collision["bone_a"]], bodies[collision["bone_b"]]], "frame": round(frame, 3),
-            "volume_mm3": collision["volume"] * cubic,
-            "angles": [{"bone": owners[a][0], "axis": owners[a][1], "angle_deg": math.degrees(angles[a])}
-                       for a, _, _ in (step.turns if step else [])]})
+        frame, joints = moment(result, schedule, collision["move"], collision["fraction"])
+        rows.append({"bones": [bodies[collision["bone_a"]], bodies[collision["bone_b"]]], "frame": frame,
+                     "volume_mm3": collision["volume"] * cubic,
+                     "angles": [{key: joint[key] for key in ("bone", "axis", "angle_deg")} for joint in joints]})
     return rows
 
 

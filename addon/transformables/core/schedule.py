@@ -29,6 +29,14 @@ class Schedule:
     steps: list
     last_frame: int
 
+    def waypoints(self):
+        """The frames at which something starts or ends, in order."""
+        return sorted({FIRST_FRAME, self.last_frame, *(step.start for step in self.steps), *(step.end for step in self.steps)})
+
+    def scene_end(self, loop):
+        """The last frame to play: of a loop, the one before it would be in character mode again."""
+        return 2 * self.last_frame - FIRST_FRAME - 1 if loop else self.last_frame
+
     def keys(self, angle_count):
         """For each angle its keyframes: [(frame, value, moves_on)]; moves_on: the curve eases to the next key."""
         keys = [[(FIRST_FRAME, 0.0, False)] for _ in range(angle_count)]

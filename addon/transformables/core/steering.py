@@ -2,13 +2,13 @@
 """What an artist fixes before a search, from bone names to what the native module takes.
 
 Steering is a dict, every key optional: `weights` {term: number}, `locked` and `pinned` lists of bone names, `proportions` {bone name:
-[least, largest]}, `pose` the embedding in which locked joints have their angles and pinned bones their places, unless the search starts from a
+[least, largest]}, `apart` pairs of bone names whose parts should get in each other's way less, `pose` the embedding in which locked joints have their angles and pinned bones their places, unless the search starts from a
 pose: then it is that one.
 """
 from .options import UserError
 
 USUAL_WEIGHTS = {"compact": 1.0, "skin": 1.0, "skeleton": 1e3, "protrude": 1e3, "morphology": 0.01}  # the native module's
-KEYS = ("weights", "locked", "pinned", "proportions", "pose")
+KEYS = ("weights", "locked", "pinned", "proportions", "apart", "pose")
 
 
 def native_arguments(steering, character, bodies, pose, bone_frames):
@@ -32,6 +32,11 @@ def native_arguments(steering, character, bodies, pose, bone_frames):
     return {"weights": {term: float(weight) for term, weight in (steering.get("weights") or {}).items()}, "locked": angles,
             "pinned": [(body, list(frames[body])) for body in dict.fromkeys(pinned)],
             "proportion_of": [(body, *limits) for body, limits in bounds.items()]}
+
+
+def pairs_apart(steering, bodies):
+    """The bodies of the pairs that are to be kept apart. Raises UserError."""
+    return [(_body(bodies, one), _body(bodies, other)) for one, other in steering.get("apart") or ()]
 
 
 def _body(bodies, name):

@@ -15,20 +15,22 @@ def unregister_settings():
 
 
 def register_jobs():
-    from . import handlers, overlays, seam_overlay
+    from . import block_overlay, handlers, overlays, seam_overlay
 
     overlays.register()
+    block_overlay.register()
     seam_overlay.register()
     handlers.register()
 
 
 def unregister_jobs():
     """Ends a running job first: whatever follows may take away what it needs."""
-    from . import handlers, overlays, seam_overlay, session, thumbnail
+    from . import block_overlay, handlers, overlays, seam_overlay, session, thumbnail
 
     session.end()
     session.forget()
     handlers.unregister()
     seam_overlay.unregister()
+    block_overlay.unregister()
     overlays.unregister()
     thumbnail.unregister()

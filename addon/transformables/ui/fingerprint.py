@@ -84,6 +84,8 @@ def _inputs(scene, stage, thorough):
         rows += [_target(target, thorough), s.target_stage.resolution]
     if stage in ("embedding", "segmentation", "folding"):
         rows += [s.embedding_stage.seed, s.embedding_stage.symmetry, s.embedding_stage.proportions, steering.inputs(scene)]
+    if stage == "folding":
+        rows.append(round(s.folding_stage.seconds, 3))
     if stage in ("segmentation", "folding"):
         rows += _edits(scene, target, thorough)
         rows += [round(s.target_stage.size_mm, 4), round(s.finishing_stage.clearance_mm, 4)]

@@ -4,7 +4,7 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from . import overlays, session
+from . import block_overlay, overlays, session
 
 
 @persistent
@@ -12,10 +12,12 @@ def _before_load(*_):
     session.end()
     session.forget()
     overlays.clear()
+    block_overlay.clear()
 
 
 @persistent
 def _after_undo(*_):
+    block_overlay.clear()
     if session.current() is None:
         overlays.clear()  # the pose that it shows may be the one that was undone
 

@@ -19,13 +19,13 @@ POLL_SECONDS = 0.05
 def options_of(scene):
     """The scene's settings as the program's options. @raises UserError"""
     s = scene.transformables
-    character, target, embedding, finishing = s.character_stage, s.target_stage, s.embedding_stage, s.finishing_stage
+    character, target, embedding, folding, finishing = s.character_stage, s.target_stage, s.embedding_stage, s.folding_stage, s.finishing_stage
     options = DesignOptions(
         resolution=target.resolution, seed=embedding.seed, symmetry=embedding.symmetry,
         simplify=str(character.simplify_count) if character.simplify == "count" else character.simplify,
         fit=character.fit, proportions=embedding.proportions, size_mm=round(target.size_mm, 4),
         clearance_mm=round(finishing.clearance_mm, 4), style=finishing.style, wall_mm=round(finishing.wall_mm, 4),
-        threads=preferences.get().threads)
+        frames=folding.frames, loop=folding.loop, together=folding.together, fold_seconds=round(folding.seconds, 3), threads=preferences.get().threads)
     options.validate()
     return options
 

@@ -3,7 +3,7 @@
 
 import json
 
-from . import fingerprint, overlays, session, thumbnail
+from . import blocks, fingerprint, overlays, session, thumbnail
 
 STORES = {"embedding": "embedding_stage", "path": "folding_stage"}  # what `gather` takes, and where it is kept
 PAIRS_LISTED = 4
@@ -33,10 +33,13 @@ def keep(context, running, result, arrays, character, target, options):
     from ..bridge import design, edits, guide
 
     scene = context.scene
+    made = None
     if result["finishing"] is not None:
-        design.apply(context, result, arrays, character, target, options)
+        made = design.apply(context, result, arrays, character, target, options)
     _store(scene, running, "embedding", result["embedding"])
     scene.transformables.embedding_stage.made_with = json.dumps({"character": result["character"], "target": result["target"]})
+    if made is not None:
+        blocks.keep(scene, made["in_the_way"])
     if result["solutions"]:
         _list(context, running, result["solutions"], target)
     if running.from_guide:

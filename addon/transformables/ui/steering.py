@@ -22,7 +22,8 @@ def _settings(scene):
     weights = {term: usual * getattr(group.weights, term) for term, usual in USUAL_WEIGHTS.items() if getattr(group.weights, term) != 1}
     locked, pinned = [b.name for b in group.bones if b.lock], [b.name for b in group.bones if b.pin]
     proportions = {b.name: [1.0, 1.0] if b.proportion == "keep" else [b.least, b.largest] for b in group.bones if b.proportion != "common"}
-    steering = {"weights": weights, "locked": locked, "pinned": pinned, "proportions": proportions}
+    steering = {"weights": weights, "locked": locked, "pinned": pinned, "proportions": proportions,
+                "apart": [[pair.bone, pair.other] for pair in group.apart]}
     return {key: value for key, value in steering.items() if value}
 
 

@@ -17,6 +17,7 @@ TETRAHEDRON = ((0, 0, 0), (0.05, 0, 0), (0, 0.05, 0), (0, 0, 0.05))
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
 calls = []
 searches = []  # what each search was told
+budgets = []   # expansions and seconds of each search for an order
 
 
 class InvalidInput(ValueError):
@@ -152,18 +153,31 @@ def edited(segmentation, character, target, embedding, edits, *, threads=0):
 
 class FoldPath:
     def __init__(self, *, moves):
-        self.moves, self.overlap_volume, self.collisions = moves, 0.0, []
+        self.moves, self.overlap_volume, self.collisions, self.cut_short = moves, 0.0, [], False
 
 
-def fold(segmentation, character, target, embedding, *, rounds=5, expansions=3000, threads=0, progress=None):
+def fold(segmentation, character, target, embedding, *, rounds=5, expansions=3000, seconds=0.0, threads=0, progress=None):
     calls.append("fold")
+    budgets.append((expansions, seconds))
     path = FoldPath(moves=[[(i, angle, 0.0)] for i, angle in enumerate(embedding.angles)])
+    if len(character.names) > 1 and path.moves:  # the further it is folded, the more is in the way
+        swept = 4e-4 * abs(embedding.angles[-1])
+        path.collisions.append({"bone_a": 0, "bone_b": 1, "move": 0, "fraction": 0.5, "volume": 1e-4, "swept": swept, "place": [0.0, 0.01, 0.0]})
     return SimpleNamespace(path=path, segmentation=segmentation, carving_before=0.0, carving_after=0.0)
 
 
 def transfer_along(segmentation, character, target, embedding, path, *, threads=0, progress=None):
     calls.append("transfer_along")
     return segmentation
+
+
+def certify(parts, character, embedding, path, *, enough, least, threads=0, progress=None):
+    """Nothing ever touches, but for joints that turn by more than a radian at the same time."""
+    calls.append("certify")
+    _told(progress, 0.5)
+    turned = sum(abs(end - start) for turns in path.moves for _, start, end in turns)
+    rows = [(m, b, a, 0.0, 1.0, 0.001) for m in range(len(path.moves)) for a in range(len(character.names)) for b in range(a)]
+    return SimpleNamespace(holds=turned <= 1.0, gap=0.001 if turned <= 1.0 else 0.0, open=[], intervals=rows)
 
 
 def finish(segmentation, character, target, embedding, path, *, clearance, style="solid", wall=0.004, threads=0, progress=None):

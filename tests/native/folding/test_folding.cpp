@@ -233,6 +233,18 @@ TEST(Greedy, MeasuresTheVolumeThatOneBoxTurnsIntoAnother) {
   EXPECT_EQ(path.collisions[0].bone_b, 1);
 }
 
+TEST(Measured, ACollisionSaysWhatItCostsAndWhereOnTheFirstOfTheTwoItIs) {
+  const Made m = two_boxes(-kQuarter);
+  const Collision c = greedy(m).collisions.at(0);
+  EXPECT_GE(c.swept, 0.95 * c.volume);
+  EXPECT_LE(c.swept, 0.01);
+  ASSERT_TRUE(c.place);
+  // The first box stands where it stood; what the other sweeps of it is its right end.
+  const Vector3d place = m.segmentation.frames[0] * *c.place;
+  EXPECT_LT(box_distance(place - Vector3d(-0.1, 0, 0), {0.1, 0.1, 0.1}), 1e-9);
+  EXPECT_NEAR(place.y(), 0, 0.02);
+}
+
 TEST(Greedy, OpensTheLidBeforeWhatLiesUnderIt) {
   const Made m = lidded(-kQuarter);
   for (const MoveCost cost : {MoveCost::kSweptVolume, MoveCost::kNetOverlap}) {
@@ -271,6 +283,19 @@ TEST(Plan, IsNeverWorseThanGreedyWhateverTheBudget) {
       options.expansions = expansions;
       EXPECT_LE(best(m, options).overlap_volume, greedy(m, options).overlap_volume);
     }
+}
+
+TEST(Plan, ThatIsOutOfTimeTakesTheBestSoFarAndSaysSo) {
+  const Made m = lidded(0);
+  FoldingOptions hurried, patient;
+  hurried.seconds = 1e-9, patient.seconds = 1e6;
+  const FoldPath path = best(m, hurried);
+  EXPECT_TRUE(path.cut_short);
+  EXPECT_EQ(end_of(path, m.embedding.pose.angles).norm(), 0);
+  EXPECT_LE(path.overlap_volume, greedy(m).overlap_volume);
+  EXPECT_TRUE(fold(m.segmentation, m.character, m.target, m.embedding, hurried, {}).path.cut_short);
+  EXPECT_FALSE(best(m, patient).cut_short);
+  EXPECT_TRUE(same(best(m, patient), best(m)));
 }
 
 TEST(Plan, StaysWithinTheLimitsOfEveryHinge) {
@@ -571,6 +596,9 @@ TEST(Errors, MismatchedInputsAreNamed) {
   fails(good, options);
   options = {};
   options.tolerance_steps = -1;
+  fails(good, options);
+  options = {};
+  options.seconds = -1;
   fails(good, options);
 }
 

@@ -99,6 +99,7 @@ class TRANSFORMABLES_PT_steering(_SubPanel, bpy.types.Panel):
         layout.operator("transformables.list_bones", icon="BONE_DATA")
         if group.bones:
             layout.template_list("TRANSFORMABLES_UL_bones", "", group, "bones", group, "bone", rows=4)
+        self._draw_apart(layout, group)
         if 0 <= group.bone < len(group.bones):
             bone = group.bones[group.bone]
             column = layout.column()
@@ -106,6 +107,15 @@ class TRANSFORMABLES_PT_steering(_SubPanel, bpy.types.Panel):
             if bone.proportion == "own":
                 column.prop(bone, "least")
                 column.prop(bone, "largest")
+
+
+    def _draw_apart(self, layout, group):
+        if group.apart:
+            layout.label(text="Keep Apart")
+        for index, pair in enumerate(group.apart):
+            row = layout.row(align=True)
+            row.label(text=f"{pair.bone}, {pair.other}")
+            row.operator("transformables.forget_apart", text="", icon="X", emboss=False).index = index
 
 
 class TRANSFORMABLES_PT_explore(_SubPanel, bpy.types.Panel):

@@ -55,6 +55,13 @@ def _weight(name, description):
     return FloatProperty(name=name, default=1, min=0, soft_max=10, max=1000, description=f"{description}. 1 is usual, 0 switches it off")
 
 
+class TransformablesPair(bpy.types.PropertyGroup):
+    """Two bones whose parts should get in each other's way less."""
+
+    bone: StringProperty(name="Bone", description="One of the two bones")
+    other: StringProperty(name="Other Bone", description="The other one")
+
+
 class TransformablesWeights(bpy.types.PropertyGroup):
     """How much each term counts, times what is usual."""
 
@@ -88,6 +95,8 @@ class TransformablesEmbeddingSettings(bpy.types.PropertyGroup):
     bones: CollectionProperty(
         type=TransformablesSteeredBone, name="Bones", description="What the search may do with each bone of the character")
     bone: IntProperty(name="Bone", description="The bone whose settings are shown")
+    apart: CollectionProperty(
+        type=TransformablesPair, name="Keep Apart", description="Pairs of parts that should get in each other's way less: of several poses, one that is good for them is taken")
     explore_count: IntProperty(
         name="Poses", default=5, min=2, max=50, description="How many really different folded poses to look for")
     explore_difference: FloatProperty(
@@ -103,4 +112,4 @@ class TransformablesEmbeddingSettings(bpy.types.PropertyGroup):
     made_with: StringProperty(options={"HIDDEN"}, description="The character and target that the pose was found for, as JSON text")
 
 
-CLASSES = (TransformablesSolution, TransformablesSteeredBone, TransformablesWeights, TransformablesEmbeddingSettings)
+CLASSES = (TransformablesSolution, TransformablesSteeredBone, TransformablesPair, TransformablesWeights, TransformablesEmbeddingSettings)

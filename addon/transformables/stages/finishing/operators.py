@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import bpy
+from bpy.props import BoolProperty, EnumProperty, StringProperty
 
+from ...core.options import UserError
+from ...ui import blocks
 from ...ui.job_operator import JobOperator
 
 
@@ -23,4 +26,42 @@ class TRANSFORMABLES_OT_finish(JobOperator, bpy.types.Operator):
     uses_stored = ("embedding",)  # the path and the parts made to go with it are found again: seconds, and the same
 
 
-CLASSES = (TRANSFORMABLES_OT_design, TRANSFORMABLES_OT_finish)
+class TRANSFORMABLES_OT_export_parts(bpy.types.Operator):
+    """Write the parts as files for printing, in millimeters, at the size that the design was made for"""
+
+    bl_idname = "transformables.export_parts"
+    bl_label = "Export for Printing"
+
+    directory: StringProperty(subtype="DIR_PATH", description="The folder to write to")
+    filter_folder: BoolProperty(default=True, options={"HIDDEN"})
+    file_format: EnumProperty(
+        name="Format", default="stl",
+        items=(("stl", "STL", "A file for each part, named after its bone"), ("3mf", "3MF", "One file with all parts side by side")))
+
+    @classmethod
+    def poll(cls, context):
+        if blocks.rig_of(context.scene) is None:
+            cls.poll_message_set("There is no design in the scene yet")
+            return False
+        return True
+
+    def invoke(self, context, event):
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        from ...bridge import printing
+
+        if not self.directory:
+            self.report({"ERROR"}, "No folder was chosen to write the parts to")
+            return {"CANCELLED"}
+        try:
+            names = printing.export(blocks.rig_of(context.scene), bpy.path.abspath(self.directory), self.file_format)
+        except UserError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"{len(names)} file{'s' if len(names) > 1 else ''} written to {self.directory}")
+        return {"FINISHED"}
+
+
+CLASSES = (TRANSFORMABLES_OT_design, TRANSFORMABLES_OT_finish, TRANSFORMABLES_OT_export_parts)

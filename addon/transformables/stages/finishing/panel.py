@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import bpy
 
+from ...ui import blocks
 from ...ui.panel import StagePanel
 
 
@@ -21,6 +22,8 @@ class TRANSFORMABLES_PT_finishing(StagePanel, bpy.types.Panel):
         row = layout.column()
         row.active = s.style == "shell"
         row.prop(s, "wall_mm")
+        if blocks.rig_of(context.scene) is not None:
+            layout.operator("transformables.export_parts", icon="EXPORT")
 
 
 CLASSES = (TRANSFORMABLES_PT_finishing,)
