@@ -23,6 +23,8 @@ PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: pri
 PREVIEW_CLEARANCE_MM = 0.05
 TRIED = 3                  # folded poses, of which the one is taken that loses least to carving when it unfolds
 EVALUATIONS = 5000         # of the objective, for each
+SHOWN_RESOLUTION = 96      # edges along the longest side: the division of the surface that is sent back is no finer
+DIVISION = {"vertices": "d", "triangles": "i", "bones": "i"}   # its arrays, each named division_...: world units, corners, an index into bodies or -1
 FINE = 96                  # voxels along the longest side, from which on a rehearsal takes too long: the best pose is taken as it is
 DIFFERENT = 0.15           # share of the target that goes to another bone, for poses to differ
 GOOD_ENOUGH_PCT = 2.5      # of the target, carved: the next pose is not tried then
@@ -65,7 +67,7 @@ class _Run:
         self.job = job
         self.seconds, self.warnings = {}, []
         self.path = self.parts = self.segmentation = self.certificate = self.rehearsed = None
-        self.part_arrays, self.solutions, self.seams, self.seam_arrays = {}, [], [], {}
+        self.part_arrays, self.solutions, self.seams, self.surface_arrays = {}, [], [], {}
 
     def run(self):
         began = time.perf_counter()
@@ -77,7 +79,7 @@ class _Run:
         if self.until in ("segmentation", "folding"):
             self._stage("preview", self._preview)
         self.seconds["total"] = time.perf_counter() - began
-        return self._result(), {**self._echo(), **self.part_arrays, **self.seam_arrays}
+        return self._result(), {**self._echo(), **self.part_arrays, **self.surface_arrays}
 
     def _stage(self, name, work):
         self._go_on(name, 0.0, "")
@@ -205,19 +207,22 @@ class _Run:
         if self.job.get("edits"):
             self._edit()
         else:
-            self._trace_seams()
+            self._trace_surface()
 
     def _grown(self, embedding, progress):
         rooms = (self.character, self.target, embedding)
         grown = self.tn.grow(*rooms, threads=self.options.threads, progress=lambda fraction, note="": progress(0.6 * fraction, note))
         return self.tn.transfer(grown, *rooms, threads=self.options.threads, progress=lambda fraction, note="": progress(0.6 + 0.4 * fraction, note))
 
-    def _trace_seams(self):
-        """Where parts meet on the target's surface, as edits find them when they are replayed: before folding has its say."""
+    def _trace_surface(self):
+        """How the target's surface is divided, and the seams there, as edits find them when they are replayed: before folding has its say."""
         for seam in self.tn.seams(self.segmentation, self.target):
             name = f"seam_{len(self.seams)}_points"
             self.seams.append({"bones": [self.character.names[seam[key]] for key in ("bone_a", "bone_b")], "closed": seam["closed"], "points": name})
-            self.seam_arrays[name] = ("d", seam["points"])
+            self.surface_arrays[name] = ("d", seam["points"])
+        division = self.tn.division(self.segmentation, self.target, spacing=max(1.0, self.options.resolution / SHOWN_RESOLUTION))
+        for name, kind in DIVISION.items():
+            self.surface_arrays[f"division_{name}"] = (kind, division[name])
 
     def _edit(self):
         """The artist's edits, and what parts then need to turn at their joints: transfer leaves alone what an edit has decided."""
@@ -226,7 +231,7 @@ class _Run:
         edits = [self._native_edit(edit) for edit in self.job["edits"]]
         self.segmentation, report = self.tn.edited(self.segmentation, *rooms, edits, threads=self.options.threads)
         self._warn(report)
-        self._trace_seams()
+        self._trace_surface()
         self.segmentation = self.tn.transfer(self.segmentation, *rooms, threads=self.options.threads,
                                              progress=self._progress("segmentation", 0.9, 1.0))
 

@@ -145,6 +145,16 @@ def seams(segmentation, target):
     return [{"bone_a": 0, "bone_b": 1, "closed": True, "points": struct.pack("<120d", *(x for p in points for x in p))}]
 
 
+def division(segmentation, target, *, spacing=1.0):
+    """A strip of squares across the seam."""
+    assert spacing >= 1
+    places = [(-1 + 0.1 * i, y, -1) for i in range(21) for y in (-0.3, -0.1, 0.1, 0.3)]
+    squares = [4 * i + j for i in range(20) for j in range(3)]
+    corners = [k for s in squares for k in (s, s + 4, s + 1, s + 1, s + 4, s + 5)]
+    return {"vertices": struct.pack(f"<{3 * len(places)}d", *(x for p in places for x in p)), "triangles": struct.pack(f"<{len(corners)}i", *corners),
+            "bones": struct.pack(f"<{len(places)}i", *(int(p[1] > 0) for p in places))}
+
+
 def edited(segmentation, character, target, embedding, edits, *, threads=0):
     calls.append(("edited", edits))
     return segmentation, [f"edit {edit.kind} was told of" for edit in edits if edit.bone == "nobody"]
