@@ -166,6 +166,20 @@ def _stored_seams():
     return json.loads(bpy.context.scene.transformables.segmentation_stage.seams)
 
 
+def test_a_new_search_brings_the_named_bone_to_what_is_painted(scene):
+    box = bpy.data.objects["Box"]
+    _paint(box, "end", lambda co: co.y > 0)
+    bpy.ops.transformables.embed()
+    bpy.ops.transformables.segment()
+    before = _owners_at_end(box)
+    named = min(_shares(), key=lambda name: before.get(name, 0))
+    wish = _wish("assign", named, "end")
+    bpy.ops.transformables.embed()
+    wish.enabled = False  # to see what the pose alone does
+    bpy.ops.transformables.segment()
+    assert _owners_at_end(box).get(named, 0) > before.get(named, 0) + 0.3 * 144
+
+
 def _division():
     return division.read(bpy.context.scene.transformables.segmentation_stage.division)[2]
 

@@ -121,11 +121,13 @@ class _Run:
         self.skeleton = kinematics.Skeleton(
             character.members, character.parents, character.hinges, character.first_angle,
             *(array("d", bytes(self._bytes(name))) for name in ("heads", "tails", "axes")))
+        self.edits = [self._native_edit(edit) for edit in self.job.get("edits") or ()]
         if self.stored.get("embedding"):
             self.embedding = self._stored_embedding(self.stored["embedding"])
             return
         search = {"seed": self.options.seed, "symmetry": self.options.symmetry, "proportions": self.options.proportions,
-                  "threads": self.options.threads, "progress": self._progress("embedding"), "best": self._tell_pose, **self._steering()}
+                  "threads": self.options.threads, "progress": self._progress("embedding"), "best": self._tell_pose,
+                  "edits": self.edits, **self._steering()}
         explore = self.job.get("explore")
         if explore:
             found = self.tn.explore(character, self.target, count=int(explore["count"]),
@@ -141,11 +143,14 @@ class _Run:
 
     def _search_and_rehearse(self, search):
         """Some poses that differ; the one that seems to lose least to carving is taken, or the next when it loses much after all: carving is
-        rehearsed on samples. Skeletons that stick out of the target, or through themselves, are the last resort."""
+        rehearsed on samples. Skeletons that stick out of the target, or through themselves, are the last resort, and poses that leave painted
+        regions to other bones are not asked for what they lose."""
         search["progress"] = self._progress("embedding", 0.0, 0.4)
         tried = TRIED if self.options.resolution < FINE else 1
         found = self.tn.explore(self.character, self.target, count=tried, least_difference=DIFFERENT, evaluations=EVALUATIONS, **search)
         sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
+        closest = min(embedding.missed for embedding in sound) + LONGEST_SIDE / self.options.resolution
+        sound = [embedding for embedding in sound if embedding.missed <= closest]
         rough = []
         for k, embedding in enumerate(sound if len(sound) > 1 else ()):
             share = 0.2 / len(sound)
@@ -204,7 +209,7 @@ class _Run:
             self.segmentation = self.rehearsed.segmentation
         else:
             self.segmentation = self._grown(self.embedding, self._progress("segmentation", 0.0, 0.9))
-        if self.job.get("edits"):
+        if self.edits:
             self._edit()
         else:
             self._trace_surface()
@@ -228,8 +233,7 @@ class _Run:
         """The artist's edits, and what parts then need to turn at their joints: transfer leaves alone what an edit has decided."""
         rooms = (self.character, self.target, self.embedding)
         self.rehearsed = None  # was without the edits
-        edits = [self._native_edit(edit) for edit in self.job["edits"]]
-        self.segmentation, report = self.tn.edited(self.segmentation, *rooms, edits, threads=self.options.threads)
+        self.segmentation, report = self.tn.edited(self.segmentation, *rooms, self.edits, threads=self.options.threads)
         self._warn(report)
         self._trace_surface()
         self.segmentation = self.tn.transfer(self.segmentation, *rooms, threads=self.options.threads,

@@ -64,13 +64,13 @@ class Embedding:
     def __init__(self, *, root, angles, morphology, symmetric=False):
         self.root, self.angles, self.morphology, self.symmetric = root, angles, morphology, symmetric
         self.terms, self.deepest_protrusion, self.deepest_collision = {"compact": 0.1, "total": 0.25}, 0.0, 0.0
-        self.value = 0.25
+        self.value, self.missed = 0.25, 0.0
 
 
 def embed(character, target, *, seed=0, symmetry="auto", proportions=True, threads=0, weights=None, locked=(), pinned=(), proportion_of=(),
-          start=None, progress=None, best=None):
+          edits=(), start=None, progress=None, best=None):
     calls.append("embed")
-    searches.append({"weights": weights, "locked": locked, "pinned": pinned, "proportion_of": proportion_of, "start": start})
+    searches.append({"weights": weights, "locked": locked, "pinned": pinned, "proportion_of": proportion_of, "start": start, "edits": edits})
     _behave(seed, progress)
     embedding = Embedding(root=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0.1, 0, 0, 1], angles=[0.5] * character.angle_count,
                           morphology=[1.0] * len(character.names))
