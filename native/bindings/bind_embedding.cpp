@@ -3,6 +3,7 @@
 
 #include "bindings/bindings.h"
 #include "embedding/embedding.h"
+#include "segmentation/edits.h"
 
 namespace transformables::bindings {
 namespace {
@@ -58,6 +59,18 @@ EmbeddingOptions options_from(std::uint64_t seed, const std::string& symmetry, b
   return options;
 }
 
+/// What the artist's edits ask of the pose. A bone that the character has not is left out: the segmentation tells of it.
+std::vector<PaintedRegion> painted_from(const std::vector<Edit>& edits, const Character& character) {
+  std::vector<PaintedRegion> regions;
+  for (const Edit& edit : edits) {
+    if (edit.kind == EditKind::kKeepWhole) regions.push_back({-1, edit.painted});
+    if (edit.kind != EditKind::kAssign) continue;
+    for (std::size_t b = 0; b < character.bones.size(); ++b)
+      if (character.bones[b].name == edit.bone) regions.push_back({int(b), edit.painted});
+  }
+  return regions;
+}
+
 /// Calls a Python function with an embedding; hold `callback` while it lives. None: nothing to call.
 std::function<void(const Embedding&)> hearer(const py::object& callback) {
   if (callback.is_none()) return {};
@@ -105,14 +118,17 @@ void bind_embedding(py::module_& m) {
       .def_readonly("symmetric", &Embedding::symmetric)
       .def_readonly("deepest_protrusion", &Embedding::deepest_protrusion)
       .def_readonly("deepest_collision", &Embedding::deepest_collision)
-      .def_readonly("evaluations", &Embedding::evaluations);
+      .def_readonly("evaluations", &Embedding::evaluations)
+      .def_readonly("missed", &Embedding::missed);
 
   m.def(
       "embed",
       [](const Character& character, const Target& target, std::uint64_t seed, const std::string& symmetry, bool proportions,
          int threads, const std::map<std::string, double>& weights, const Locks& locked, const Pins& pinned,
-         const Proportions& proportion_of, const std::optional<Embedding>& start, const py::object& progress, const py::object& best) {
-        const EmbeddingOptions options = options_from(seed, symmetry, proportions, threads, weights, locked, pinned, proportion_of);
+         const Proportions& proportion_of, const std::vector<Edit>& edits, const std::optional<Embedding>& start, const py::object& progress,
+         const py::object& best) {
+        EmbeddingOptions options = options_from(seed, symmetry, proportions, threads, weights, locked, pinned, proportion_of);
+        options.painted = painted_from(edits, character);
         const Progress tell = progress_from(progress);
         const auto show = hearer(best);
         py::gil_scoped_release release;
@@ -120,19 +136,20 @@ void bind_embedding(py::module_& m) {
       },
       py::arg("character"), py::arg("target"), py::kw_only(), py::arg("seed") = 0, py::arg("symmetry") = "auto",
       py::arg("proportions") = true, py::arg("threads") = 0, py::arg("weights") = std::map<std::string, double>{},
-      py::arg("locked") = Locks{}, py::arg("pinned") = Pins{}, py::arg("proportion_of") = Proportions{}, py::arg("start") = py::none(),
-      py::arg("progress") = py::none(), py::arg("best") = py::none(),
+      py::arg("locked") = Locks{}, py::arg("pinned") = Pins{}, py::arg("proportion_of") = Proportions{},
+      py::arg("edits") = std::vector<Edit>{}, py::arg("start") = py::none(), py::arg("progress") = py::none(), py::arg("best") = py::none(),
       "Folds the fitted character's skeleton into the target (CMA-ES). weights: term -> number, for terms that are not to have the usual "
       "one; locked: (angle index, radians); pinned: (bone, its frame in the target's, 16 numbers column-major); proportion_of: (bone, least, "
-      "largest scale). best(Embedding) hears of each better pose. Raises InvalidInput, Cancelled.");
+      "largest scale); edits: of which those that paint regions are heeded. best(Embedding) hears of each better pose. Raises InvalidInput, Cancelled.");
 
   m.def(
       "explore",
       [](const Character& character, const Target& target, std::uint64_t seed, const std::string& symmetry, bool proportions,
          int threads, const std::map<std::string, double>& weights, const Locks& locked, const Pins& pinned,
-         const Proportions& proportion_of, int count, double least_difference, int evaluations, const py::object& progress, const py::object& found,
+         const Proportions& proportion_of, const std::vector<Edit>& edits, int count, double least_difference, int evaluations, const py::object& progress, const py::object& found,
          const py::object& best) {
         EmbeddingOptions options = options_from(seed, symmetry, proportions, threads, weights, locked, pinned, proportion_of);
+        options.painted = painted_from(edits, character);
         options.evaluations = evaluations;
         const Progress tell = progress_from(progress);
         const auto add = hearer(found), show = hearer(best);
@@ -141,8 +158,8 @@ void bind_embedding(py::module_& m) {
       },
       py::arg("character"), py::arg("target"), py::kw_only(), py::arg("seed") = 0, py::arg("symmetry") = "auto",
       py::arg("proportions") = true, py::arg("threads") = 0, py::arg("weights") = std::map<std::string, double>{},
-      py::arg("locked") = Locks{}, py::arg("pinned") = Pins{}, py::arg("proportion_of") = Proportions{}, py::arg("count") = 5,
-      py::arg("least_difference") = 0.15,
+      py::arg("locked") = Locks{}, py::arg("pinned") = Pins{}, py::arg("proportion_of") = Proportions{},
+      py::arg("edits") = std::vector<Edit>{}, py::arg("count") = 5, py::arg("least_difference") = 0.15,
       py::arg("evaluations") = EmbeddingOptions{}.evaluations, py::arg("progress") = py::none(), py::arg("found") = py::none(), py::arg("best") = py::none(),
       "Up to `count` embeddings that differ in over `least_difference` of the target's voxels, best first; evaluations bounds each search. found(Embedding) hears of each as "
       "it is found (some may be replaced by better ones like them); the rest as in embed. Raises InvalidInput, Cancelled.");

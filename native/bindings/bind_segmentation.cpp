@@ -2,6 +2,7 @@
 
 #include "bindings/bindings.h"
 #include "folding/folding.h"
+#include "segmentation/division.h"
 #include "segmentation/edits.h"
 #include "segmentation/seams.h"
 #include "segmentation/segmentation.h"
@@ -48,6 +49,21 @@ py::list seam_dicts(const std::vector<Seam>& seams, const Target& target) {
     rows.append(d);
   }
   return rows;
+}
+
+py::dict division_dict(const Division& parts, const Target& target) {
+  std::vector<double> numbers;
+  for (const Eigen::Vector3d& p : parts.mesh.vertices) {
+    const Eigen::Vector3d q = p / target.scale + target.centre;
+    numbers.insert(numbers.end(), q.data(), q.data() + 3);
+  }
+  std::vector<std::int32_t> corners;
+  for (const Eigen::Vector3i& t : parts.mesh.triangles) corners.insert(corners.end(), t.data(), t.data() + 3);
+  py::dict d;
+  d["vertices"] = write_array(numbers);
+  d["triangles"] = write_array(corners);
+  d["bones"] = write_array(std::vector<std::int32_t>(parts.bones.begin(), parts.bones.end()));
+  return d;
 }
 
 /// @param painted           triangles' corners, 9 float64 each, Blender units
@@ -128,6 +144,19 @@ void bind_segmentation(py::module_& m) {
       },
       py::arg("segmentation"), py::arg("target"),
       "Where parts meet on the target's surface (Eq. 12): dicts of bone_a, bone_b, closed, points (n x 3 float64, Blender units). Raises InvalidInput.");
+  m.def(
+      "division",
+      [](const Segmentation& segmentation, const Target& target, double spacing) {
+        Division parts;
+        {
+          py::gil_scoped_release release;
+          parts = division(segmentation, target, spacing);
+        }
+        return division_dict(parts, target);
+      },
+      py::arg("segmentation"), py::arg("target"), py::kw_only(), py::arg("spacing") = 1.0,
+      "The target's surface, no edge longer than the spacing (steps of the grid), and the bone at each vertex or -1: a dict of vertices (n x 3 float64, "
+      "Blender units), triangles (m x 3 int32), bones (n int32). Raises InvalidInput.");
   m.def(
       "edited",
       [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,

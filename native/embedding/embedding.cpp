@@ -25,11 +25,22 @@ bool is_rigid(const Eigen::Isometry3d& frame) {
   return frame.matrix().allFinite() && frame.linear().isUnitary(1e-6) && frame.linear().determinant() > 0;
 }
 
+void check_painted(const std::vector<PaintedRegion>& painted, int bones) {
+  for (const PaintedRegion& region : painted) {
+    if (region.bone < -1 || region.bone >= bones)
+      throw InvalidInput("painted region: bone " + std::to_string(region.bone) + " does not exist: the character has " + std::to_string(bones));
+    for (const auto& triangle : region.triangles)
+      for (const Eigen::Vector3d& p : triangle)
+        if (!p.allFinite()) throw InvalidInput("a painted region holds points that are no numbers; repair the target's mesh");
+  }
+}
+
 void check_steering(const Character& character, const EmbeddingOptions& options) {
   const int bones = int(character.bones.size());
   check_indices(options.locked, &LockedAngle::angle, character.angle_count, "locked angle");
   check_indices(options.pinned, &PinnedBone::bone, bones, "pinned bone");
   check_indices(options.proportion_of, &BoneProportion::bone, bones, "proportion of bone");
+  check_painted(options.painted, bones);
   for (const LockedAngle& lock : options.locked)
     if (!std::isfinite(lock.radians)) throw InvalidInput("a locked angle must be a finite number");
   for (const PinnedBone& pin : options.pinned)

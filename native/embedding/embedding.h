@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -50,6 +51,12 @@ struct BoneProportion {
   double least = 1, largest = 1;
 };
 
+/// A painted region of the target's surface that is to end in one part. The search prefers poses in which that bone is the nearest to it.
+struct PaintedRegion {
+  int bone = -1;                                            ///< -1: any, as long as it is one
+  std::vector<std::array<Eigen::Vector3d, 3>> triangles;    ///< target frame
+};
+
 struct EmbeddingOptions {
   std::uint64_t seed = 0;
   Symmetry symmetry = Symmetry::kAuto;  ///< kAuto: on when character and target both have a mirror plane
@@ -60,6 +67,7 @@ struct EmbeddingOptions {
   std::vector<LockedAngle> locked;      ///< when symmetric: a lock holds the angle of the other side too
   std::vector<PinnedBone> pinned;       ///< any: symmetry is off
   std::vector<BoneProportion> proportion_of;  ///< these bones have bounds of their own, whatever `proportions` says
+  std::vector<PaintedRegion> painted;
   int runs = 2;                         ///< searches that go on to the end; the best is kept
   int starts = 24;                      ///< short searches that each of those is chosen from, in rounds
   int evaluations = 12000;              ///< bound for each run; a run ends earlier when it has converged
@@ -71,11 +79,12 @@ struct Embedding {
   Pose pose;
   Morphology morphology;
   ObjectiveTerms terms;
-  double value = 0;                    ///< what the search ranks by: terms.total and a steep term for every protrusion and collision
+  double value = 0;                    ///< what the search ranks by: terms.total, a steep term for every protrusion and collision, and what painted regions ask for
   bool symmetric = false;              ///< folded as its own mirror image
   double deepest_protrusion = 0;       ///< how far the skeleton's surface sticks out of the target, target units; 0: inside
   double deepest_collision = 0;        ///< of two capsules that are not joined, target units; 0: none
   long evaluations = 0;
+  double missed = 0;                   ///< how much nearer to painted regions the bones that they are to go to would have to be, target units; 0: near enough, or none
 };
 
 /// The objective for one character and target, with all that does not change between evaluations kept; one object
@@ -115,7 +124,8 @@ SkeletonFit skeleton_fit(const Character& character, const Target& target, const
 /// @param character  fitted to the target (character.h)
 /// @param best_so_far  called, when set, each time a better pose is known
 /// @throws InvalidInput when options are out of range, symmetry is on and the character or target has no mirror plane or
-///         something is pinned, or a lock, pin or proportion is of no bone or angle of the character, given twice, or not finite
+///         something is pinned, or a lock, pin or proportion is of no bone or angle of the character, given twice, or not finite, or a painted
+///         region is of no bone or not finite
 /// @throws Cancelled
 Embedding embed(const Character& character, const Target& target, const EmbeddingOptions& options, const Progress& progress,
                 const std::optional<Embedding>& start = {}, const std::function<void(const Embedding&)>& best_so_far = {});

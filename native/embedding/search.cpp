@@ -12,6 +12,7 @@ namespace {
 // and 5 are flat near zero and lose against L_skin, whose sum is in the hundreds: they would leave a design infeasible.
 constexpr double kFeasibility = 1e4;
 constexpr double kPinned = 1e5;          // so that a bone is rather out of the target than off its pin
+constexpr double kPainted = 3e3;         // soft: a voxel that a painted region is missed by costs less than a voxel of a collision
 constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian counts as much as this move
 // Populations are twice as large as is usual for one minimum: with many minima about, that ends in better ones.
 constexpr int kWidePopulation = 1;
@@ -56,7 +57,7 @@ std::shared_ptr<const Voxels> coarser(const Target& target, const std::shared_pt
 Search::Search(const Character& character, const Target& target, const EmbeddingOptions& options, bool symmetric,
                const Progress& progress, const Hear& best_so_far)
     : options_(options), symmetric_(symmetric), progress_(progress), best_so_far_(best_so_far),
-      unknowns_(character, target, options, symmetric), start_head_(start_head(target)),
+      unknowns_(character, target, options, symmetric), painted_(options.painted), start_head_(start_head(target)),
       fine_(std::make_shared<const Voxels>(target)), coarse_(coarser(target, fine_)), difference_(character, target, *fine_),
       workers_([&character, &target, &options, this] {
         return Worker{Evaluator(character, target, fine_, options.weights), Evaluator(character, target, coarse_, options.weights),
@@ -79,8 +80,11 @@ double Search::pin_error(const Skeleton& skeleton) const {
 double Search::value_of(Worker& worker, const Job& job) const {
   unknowns_.read(job.y, job.start, worker.pose, worker.morphology);
   Evaluator& evaluator = rough_ ? worker.coarse : worker.fine;
-  const Evaluation result = evaluator(worker.pose, worker.morphology);
-  return result.terms.total + kFeasibility * result.violation + kPinned * pin_error(evaluator.skeleton());
+  return value_of(evaluator(worker.pose, worker.morphology), evaluator.skeleton());
+}
+
+double Search::value_of(const Evaluation& evaluation, const Skeleton& skeleton) const {
+  return evaluation.terms.total + kFeasibility * evaluation.violation + kPinned * pin_error(skeleton) + kPainted * painted_(skeleton);
 }
 
 void Search::evaluate(std::vector<Job>& jobs) {
@@ -100,8 +104,9 @@ Embedding Search::embedding_of(const Eigen::VectorXd& y, const StartPlace& start
   unknowns_.read(y, start, worker.pose, worker.morphology);
   Evaluator& evaluator = rough_ ? worker.coarse : worker.fine;
   const Evaluation result = evaluator(worker.pose, worker.morphology);
-  const double value = result.terms.total + kFeasibility * result.violation + kPinned * pin_error(evaluator.skeleton());
-  return {worker.pose, worker.morphology, result.terms, value, symmetric_, result.deepest_protrusion, result.deepest_collision, evaluations_};
+  const double value = value_of(result, evaluator.skeleton());
+  return {worker.pose, worker.morphology, result.terms, value, symmetric_, result.deepest_protrusion, result.deepest_collision, evaluations_,
+          painted_(evaluator.skeleton())};
 }
 
 CmaEs Search::optimiser(const Eigen::VectorXd& mean, double sigma, int population, std::uint64_t stream) const {

@@ -14,6 +14,7 @@
 #include "embedding/difference.h"
 #include "embedding/embedding.h"
 #include "embedding/evaluator.h"
+#include "embedding/painted.h"
 #include "embedding/unknowns.h"
 
 namespace transformables {
@@ -63,6 +64,7 @@ class Search {
   void evaluate(std::vector<Job>& jobs);
   double value_of(Worker& worker, const Job& job) const;
   double pin_error(const Skeleton& skeleton) const;
+  double value_of(const Evaluation& evaluation, const Skeleton& skeleton) const;
   void take(const Run& run);
   void read_partition(Run& run);
   bool differs(const Run& run, const std::vector<Run>& from) const;
@@ -78,6 +80,7 @@ class Search {
   const Progress& progress_;
   const Hear& best_so_far_;
   Unknowns unknowns_;
+  PaintedTerm painted_;
   Eigen::Vector3d start_head_;
   std::shared_ptr<const Voxels> fine_, coarse_;
   PartitionDifference difference_;

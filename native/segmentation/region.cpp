@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <queue>
 
 #include "segmentation/lattice.h"
+#include "segmentation/ways.h"
 
 namespace transformables::segmentation_inner {
 namespace {
@@ -32,34 +31,6 @@ void sprinkle(const Corners& t, double spacing, std::vector<Eigen::Vector3d>& po
     for (int j = 0; i + j <= n; ++j) points.push_back(t[0] + (t[1] - t[0]) * (double(i) / n) + (t[2] - t[0]) * (double(j) / n));
 }
 
-// For each inside sample the distance to the nearest painted point, by ways within the target, up to a depth.
-std::vector<double> distances(const Target& target, const std::vector<Eigen::Vector3d>& points, double depth) {
-  const GridShape& shape = target.distance.shape;
-  const std::vector<char> inside = inside_flags(target);
-  std::vector<double> best(shape.count(), std::numeric_limits<double>::infinity());
-  std::vector<int> nearest(shape.count(), -1);
-  using Entry = std::pair<double, std::size_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  const auto offer = [&](std::size_t i, int point) {
-    const double d = (shape.position(i) - points[point]).norm();
-    if (inside[i] && d <= depth && d < best[i]) best[i] = d, nearest[i] = point, open.push({d, i});
-  };
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const Eigen::Vector3i c = shape.nearest(points[k]);
-    for (int o = 0; o < 27; ++o) {
-      const Eigen::Vector3i n = c + Eigen::Vector3i(o % 3 - 1, o / 3 % 3 - 1, o / 9 - 1);
-      if (shape.contains(n)) offer(shape.index(n), int(k));
-    }
-  }
-  while (!open.empty()) {
-    const auto [d, i] = open.top();
-    open.pop();
-    if (d > best[i]) continue;
-    for_neighbours(shape, i, [&](std::size_t n) { offer(n, nearest[i]); });
-  }
-  return best;
-}
-
 }  // namespace
 
 Region region_of(const Target& target, const std::vector<Corners>& painted) {
@@ -77,7 +48,9 @@ Region region_of(const Target& target, const std::vector<Corners>& painted) {
     on_target += share * area_of(t);
   }
   region.on_target = area > 0 ? on_target / area : 0;
-  const std::vector<double> way = distances(target, points, std::max(kLeastDepth * step, 0.5 * std::sqrt(area)));
+  const std::vector<char> inside = inside_flags(target);
+  const double deepest = std::max(kLeastDepth * step, 0.5 * std::sqrt(area));
+  const std::vector<double> way = nearest_points(target.distance.shape, points, deepest, [&](std::size_t i) { return inside[i] != 0; }).distance;
   for (std::size_t i : target.inside) {
     const double depth = -target.distance[i];
     const bool under = way[i] < kUnder * step;

@@ -2,14 +2,14 @@
 
 #include <Eigen/Sparse>
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <queue>
 
 #include "segmentation/contour.h"
 #include "segmentation/lattice.h"
 #include "segmentation/tiling.h"
+#include "segmentation/ways.h"
 
 namespace transformables::segmentation_inner {
 namespace {
@@ -56,30 +56,11 @@ Band band_around(const Segmentation& segmentation, const Target& target, const S
   for (std::size_t k = 0; k < move.to.size(); ++k) largest = std::max(largest, (move.to[k] - move.from[k]).norm());
   Band band;
   band.reach = std::max(kReach * largest, kLeastReach * shape.step);
-  std::vector<double> best(shape.count(), std::numeric_limits<double>::infinity());
-  std::vector<int> nearest(shape.count(), -1);
-  using Entry = std::pair<double, std::size_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  const auto offer = [&](std::size_t i, int point) {
-    if (segmentation.owner[i] != move.a && segmentation.owner[i] != move.b) return;
-    const double d = (shape.position(i) - move.to[std::size_t(point)]).norm();
-    if (d < band.reach && d < best[i]) best[i] = d, nearest[i] = point, open.push({d, i});
-  };
-  for (std::size_t k = 0; k < move.to.size(); ++k) {
-    const Eigen::Vector3i c = shape.nearest(move.to[k]);
-    for (int o = 0; o < 27; ++o) {
-      const Eigen::Vector3i n = c + Eigen::Vector3i(o % 3 - 1, o / 3 % 3 - 1, o / 9 - 1);
-      if (shape.contains(n)) offer(shape.index(n), int(k));
-    }
-  }
-  while (!open.empty()) {
-    const auto [d, i] = open.top();
-    open.pop();
-    if (d > best[i]) continue;
-    for_neighbours(shape, i, [&](std::size_t n) { offer(n, nearest[i]); });
-  }
+  const NearestPoints near = nearest_points(shape, move.to, band.reach, [&](std::size_t i) {
+    return segmentation.owner[i] == move.a || segmentation.owner[i] == move.b;
+  });
   for (std::size_t i : target.inside)
-    if (nearest[i] >= 0) band.samples.push_back(i), band.distance.push_back(best[i]);
+    if (near.point[i] >= 0) band.samples.push_back(i), band.distance.push_back(near.distance[i]);
   return band;
 }
 

@@ -58,4 +58,37 @@ std::vector<std::size_t> way_between(const GridShape& shape, const std::vector<s
   return way;
 }
 
+/// For each sample the nearest of some points, and its distance; -1 and infinity where none is.
+struct NearestPoints {
+  std::vector<int> point;
+  std::vector<double> distance;
+};
+
+/// Points pass their names from sample to sample as long as `in` holds and they are no farther than `reach`: nothing gets across a gap.
+template <class In>
+NearestPoints nearest_points(const GridShape& shape, const std::vector<Eigen::Vector3d>& points, double reach, const In& in) {
+  NearestPoints found{std::vector<int>(shape.count(), -1), std::vector<double>(shape.count(), std::numeric_limits<double>::infinity())};
+  using Entry = std::pair<double, std::size_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  const auto offer = [&](std::size_t i, int point) {
+    if (!in(i)) return;
+    const double d = (shape.position(i) - points[std::size_t(point)]).norm();
+    if (d <= reach && d < found.distance[i]) found.distance[i] = d, found.point[i] = point, open.push({d, i});
+  };
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Eigen::Vector3i c = shape.nearest(points[k]);
+    for (int o = 0; o < 27; ++o) {
+      const Eigen::Vector3i n = c + Eigen::Vector3i(o % 3 - 1, o / 3 % 3 - 1, o / 9 - 1);
+      if (shape.contains(n)) offer(shape.index(n), int(k));
+    }
+  }
+  while (!open.empty()) {
+    const auto [d, i] = open.top();
+    open.pop();
+    if (d > found.distance[i]) continue;
+    for_neighbours(shape, i, [&](std::size_t n) { offer(n, found.point[i]); });
+  }
+  return found;
+}
+
 }  // namespace transformables::segmentation_inner

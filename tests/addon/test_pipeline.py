@@ -234,6 +234,22 @@ def test_edits_are_replayed_after_transfer_and_transfer_heeds_them(native):
     assert "edit remove was told of" in result["warnings"] and "edit remove was told of" in ears.warnings
 
 
+def test_the_search_hears_of_edits_and_poses_that_miss_painted_regions_are_not_rehearsed(native, monkeypatch):
+    explore = native.explore
+
+    def missing(*rooms, **search):
+        found = explore(*rooms, **search)
+        found[0].missed, found[1].missed, found[2].missed = 0.1, 0.02, 0.0
+        return found
+    monkeypatch.setattr(native, "explore", missing)
+    message, arrays = two_bones(until="segmentation", edits=[{"kind": "assign", "bone": "arm", "name": "nose", "faces": "f"}])
+    arrays["f"] = ("d", bytes(72))
+    result, _ = pipeline.run(message, arrays, Ears())
+    assert [edit.name for edit in native.searches[-1]["edits"]] == ["nose"]
+    assert result["embedding"]["angles"] == [0.2] and native.calls.count("fold") == 1
+    assert [call[1][0].name for call in native.calls if not isinstance(call, str)] == ["nose"]
+
+
 def test_an_edit_of_a_bone_that_is_fixed_to_another_goes_to_the_body_that_holds_it(native, monkeypatch):
     made = native.make_character
     def joined(**given):

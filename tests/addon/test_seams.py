@@ -44,19 +44,3 @@ def test_what_is_sent_holds_the_seam_on_both_sides_of_the_pull():
     moved = seams.pulled(ROUND, True, 0, (0, 0, 0.5), 0.25, lambda p: p)
     assert seams.worth_sending(ROUND, moved, 3) == [0, 1, 2, 3, 4, 5, 55, 56, 57, 58, 59]
     assert seams.worth_sending(ROUND, ROUND, 3) == []
-
-
-def test_the_swept_area_lies_between_the_old_curve_and_the_new_one():
-    on_cylinder = lambda p: (p[0] / math.hypot(p[0], p[1]), p[1] / math.hypot(p[0], p[1]), p[2])  # noqa: E731
-    moved = seams.pulled(ROUND, True, 0, (0, 0, 0.5), 9.0, on_cylinder)
-    corners = seams.swept(ROUND, moved, True, on_cylinder)
-    assert len(corners) % 3 == 0
-    assert all(math.hypot(p[0], p[1]) == pytest.approx(1) for p in corners)
-
-    def area(a, b, c):
-        u, v = [q - p for p, q in zip(a, b)], [q - p for p, q in zip(a, c)]
-        return math.dist((0, 0, 0), (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])) / 2
-    heights = [m[2] for m in moved]
-    expected = sum((a + b) / 2 for a, b in zip(heights, heights[1:] + heights[:1])) * math.dist(ROUND[0], ROUND[1])
-    assert sum(area(*corners[i:i + 3]) for i in range(0, len(corners), 3)) == pytest.approx(expected, rel=0.01)
-    assert seams.swept(ROUND, ROUND, True, on_cylinder) == []

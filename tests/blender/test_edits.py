@@ -8,6 +8,7 @@ from mathutils.bvhtree import BVHTree
 import numpy as np
 import pytest
 
+from transformables.bridge import division
 from test_operators import _last, scene, stand_in  # noqa: F401  (fixtures)
 
 
@@ -165,6 +166,24 @@ def _stored_seams():
     return json.loads(bpy.context.scene.transformables.segmentation_stage.seams)
 
 
+def test_a_new_search_brings_the_named_bone_to_what_is_painted(scene):
+    box = bpy.data.objects["Box"]
+    _paint(box, "end", lambda co: co.y > 0)
+    bpy.ops.transformables.embed()
+    bpy.ops.transformables.segment()
+    before = _owners_at_end(box)
+    named = min(_shares(), key=lambda name: before.get(name, 0))
+    wish = _wish("assign", named, "end")
+    bpy.ops.transformables.embed()
+    wish.enabled = False  # to see what the pose alone does
+    bpy.ops.transformables.segment()
+    assert _owners_at_end(box).get(named, 0) > before.get(named, 0) + 0.3 * 144
+
+
+def _division():
+    return division.read(bpy.context.scene.transformables.segmentation_stage.division)[2]
+
+
 def _pull(seam_index, by, size=0.0):
     """Pulls a seam's topmost point along Y. Gives that point."""
     points = _stored_seams()[seam_index]["points"]
@@ -190,19 +209,42 @@ def test_dividing_the_target_stores_its_seams_in_the_targets_own_space(scene):
         assert np.abs(off.max(axis=1) - 1).max() < 0.1, "on the surface"
 
 
+def test_dividing_the_target_stores_whose_each_place_of_its_surface_is(scene):
+    box, stage = bpy.data.objects["Box"], scene.transformables.segmentation_stage
+    box.location, box.rotation_euler, box.scale = (3, 4, 5), (0.3, 0.5, 0.7), (-2, 2, 2)
+    bpy.ops.transformables.embed()
+    bpy.ops.transformables.segment()
+    vertices, triangles, parts = division.read(stage.division)
+    assert np.abs(np.abs(vertices) / (1, 2, 1)).max(axis=1) == pytest.approx(1, abs=1e-4), "on the surface, in the box's own space"
+    corners = vertices[triangles]
+    six = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()
+    assert six / 6 == pytest.approx(16, rel=1e-3), "outward"
+    trees = _parts_in_object_mode()
+    names = {division.body(stage.division, name): name for name in trees}  # a bone a body here
+    some = np.linspace(0, len(vertices) - 1, 300).astype(int)
+    right = [min(trees, key=lambda name: trees[name].find_nearest(box.matrix_world @ Vector(vertices[i]))[3]) == names[parts[i]] for i in some]
+    assert np.mean(right) > 0.97
+    older = stage.division.name
+    bpy.ops.transformables.segment()
+    assert [m.name for m in bpy.data.meshes if division.BODIES in m] == [stage.division.name] and stage.division.name.startswith("Box"), older
+
+
 def test_a_pulled_seam_is_a_wish_that_the_next_division_heeds(scene):
     bpy.ops.transformables.embed()
     bpy.ops.transformables.segment()
-    before = _stored_seams()
+    before, parts = _stored_seams(), _division()
     voxel = 4 / 24
     # A seam that runs across the top, so that it can be pulled along Y there.
     index = next(i for i, s in enumerate(before) if max(p[2] for p in s["points"]) > 0.9 and len(s["points"]) > 12)
     bones, (x, y, z) = before[index]["bones"], _pull(index, 3 * voxel)
+    dragged = _division()
     edit, = scene.transformables.segmentation_stage.edits
     assert edit.kind == "move_seam" and [edit.bone, edit.other] == bones
     assert _nearest(_stored_seams(), bones, (x, y + 3 * voxel, z)) < 0.2 * voxel, "it is shown where it was pulled to"
     bpy.ops.transformables.segment()
     assert not _last().warnings
+    changed = parts != dragged
+    assert changed.sum() > 20 and (dragged == _division())[changed].mean() > 0.85, "the parts came out as they were shown"
     assert _nearest(_stored_seams(), bones, (x, y + 3 * voxel, z)) < voxel
     assert _nearest(before, bones, (x, y + 3 * voxel, z)) > 1.5 * voxel
     assert bpy.ops.transformables.finish() == {"FINISHED"}

@@ -138,6 +138,11 @@ def _set_joints(rig, layout):
             setattr(pose_bone, f"ik_max_{LETTERS[axis]}", largest)
 
 
+def body_color(body):
+    """By which a part is told from others (RGBA)."""
+    return (*colorsys.hsv_to_rgb((0.61803 * body) % 1.0, 0.55, 0.9), 1.0)
+
+
 def new_parts(rig, layout, parts, collection, materials):
     """A mesh object a part; its origin and axes are those of its bone."""
     objects = []
@@ -150,7 +155,7 @@ def new_parts(rig, layout, parts, collection, materials):
         obj.parent, obj.parent_type, obj.parent_bone = rig, "BONE", bone
         # A bone's children hang on its tail; back to its head, where the part's own frame is.
         obj.matrix_parent_inverse = Matrix.Translation((0.0, -rig.data.bones[bone].length, 0.0))
-        obj.color = (*colorsys.hsv_to_rgb((0.61803 * body) % 1.0, 0.55, 0.9), 1.0)
+        obj.color = body_color(body)
         obj["transformable_role"] = "part"
         obj["transformable_bone"] = bone
         objects.append(obj)

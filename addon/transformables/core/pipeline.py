@@ -23,6 +23,8 @@ PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: pri
 PREVIEW_CLEARANCE_MM = 0.05
 TRIED = 3                  # folded poses, of which the one is taken that loses least to carving when it unfolds
 EVALUATIONS = 5000         # of the objective, for each
+SHOWN_RESOLUTION = 96      # edges along the longest side: the division of the surface that is sent back is no finer
+DIVISION = {"vertices": "d", "triangles": "i", "bones": "i"}   # its arrays, each named division_...: world units, corners, an index into bodies or -1
 FINE = 96                  # voxels along the longest side, from which on a rehearsal takes too long: the best pose is taken as it is
 DIFFERENT = 0.15           # share of the target that goes to another bone, for poses to differ
 GOOD_ENOUGH_PCT = 2.5      # of the target, carved: the next pose is not tried then
@@ -70,7 +72,7 @@ class _Run:
         self.job = job
         self.seconds, self.warnings, self.cut_short = {}, [], False
         self.joined = self.path = self.parts = self.segmentation = self.certificate = self.rehearsed = None
-        self.part_arrays, self.solutions, self.seams, self.seam_arrays = {}, [], [], {}
+        self.part_arrays, self.solutions, self.seams, self.surface_arrays = {}, [], [], {}
 
     def run(self):
         began = time.perf_counter()
@@ -82,7 +84,7 @@ class _Run:
         if self.until in ("segmentation", "folding"):
             self._stage("preview", self._preview)
         self.seconds["total"] = time.perf_counter() - began
-        return self._result(), {**self._echo(), **self.part_arrays, **self.seam_arrays}
+        return self._result(), {**self._echo(), **self.part_arrays, **self.surface_arrays}
 
     def _stage(self, name, work):
         self._go_on(name, 0.0, "")
@@ -124,11 +126,13 @@ class _Run:
         self.skeleton = kinematics.Skeleton(
             character.members, character.parents, character.hinges, character.first_angle,
             *(array("d", bytes(self._bytes(name))) for name in ("heads", "tails", "axes")))
+        self.edits = [self._native_edit(edit) for edit in self.job.get("edits") or ()]
         if self.stored.get("embedding"):
             self.embedding = self._stored_embedding(self.stored["embedding"])
             return
         search = {"seed": self.options.seed, "symmetry": self.options.symmetry, "proportions": self.options.proportions,
-                  "threads": self.options.threads, "progress": self._progress("embedding"), "best": self._tell_pose, **self._steering()}
+                  "threads": self.options.threads, "progress": self._progress("embedding"), "best": self._tell_pose,
+                  "edits": self.edits, **self._steering()}
         explore = self.job.get("explore")
         if explore:
             found = self.tn.explore(character, self.target, count=int(explore["count"]),
@@ -144,13 +148,16 @@ class _Run:
 
     def _search_and_rehearse(self, search):
         """Some poses that differ; the one that seems to lose least to carving is taken, or the next when it loses much after all: carving is
-        rehearsed on samples. Skeletons that stick out of the target, or through themselves, are the last resort. A rival is rehearsed, too."""
+        rehearsed on samples. Skeletons that stick out of the target, or through themselves, are the last resort, and poses that leave painted
+        regions to other bones are not asked for what they lose. A rival is rehearsed, too."""
         search["progress"] = self._progress("embedding", 0.0, 0.4)
         self.apart = steering.pairs_apart(self.job.get("steering") or {}, self._bodies())
         rival = self._stored_embedding(self.stored["rival"]) if self.stored.get("rival") else None
         tried = TRIED if self.options.resolution < FINE or self.apart else 1
         found = self.tn.explore(self.character, self.target, count=tried, least_difference=DIFFERENT, evaluations=EVALUATIONS, **search)
         sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
+        closest = min(embedding.missed for embedding in sound) + LONGEST_SIDE / self.options.resolution
+        sound = [embedding for embedding in sound if embedding.missed <= closest]
         tries = [*self._two_best(sound), *([(rival, None)] if rival else [])]
         for k, (embedding, segmentation) in enumerate(tries):
             rehearsal = self._rehearsal(embedding, self._progress("embedding", 0.6 + 0.4 * k / len(tries), 0.6 + 0.4 * (k + 1) / len(tries)), segmentation)
@@ -223,31 +230,33 @@ class _Run:
             self.segmentation = self.rehearsed.segmentation
         else:
             self.segmentation = self._grown(self.embedding, self._progress("segmentation", 0.0, 0.9))
-        if self.job.get("edits"):
+        if self.edits:
             self._edit()
         else:
-            self._trace_seams()
+            self._trace_surface()
 
     def _grown(self, embedding, progress):
         rooms = (self.character, self.target, embedding)
         grown = self.tn.grow(*rooms, threads=self.options.threads, progress=lambda fraction, note="": progress(0.6 * fraction, note))
         return self.tn.transfer(grown, *rooms, threads=self.options.threads, progress=lambda fraction, note="": progress(0.6 + 0.4 * fraction, note))
 
-    def _trace_seams(self):
-        """Where parts meet on the target's surface, as edits find them when they are replayed: before folding has its say."""
+    def _trace_surface(self):
+        """How the target's surface is divided, and the seams there, as edits find them when they are replayed: before folding has its say."""
         for seam in self.tn.seams(self.segmentation, self.target):
             name = f"seam_{len(self.seams)}_points"
             self.seams.append({"bones": [self.character.names[seam[key]] for key in ("bone_a", "bone_b")], "closed": seam["closed"], "points": name})
-            self.seam_arrays[name] = ("d", seam["points"])
+            self.surface_arrays[name] = ("d", seam["points"])
+        division = self.tn.division(self.segmentation, self.target, spacing=max(1.0, self.options.resolution / SHOWN_RESOLUTION))
+        for name, kind in DIVISION.items():
+            self.surface_arrays[f"division_{name}"] = (kind, division[name])
 
     def _edit(self):
         """The artist's edits, and what parts then need to turn at their joints: transfer leaves alone what an edit has decided."""
         rooms = (self.character, self.target, self.embedding)
         self.rehearsed = None  # was without the edits
-        edits = [self._native_edit(edit) for edit in self.job["edits"]]
-        self.segmentation, report = self.tn.edited(self.segmentation, *rooms, edits, threads=self.options.threads)
+        self.segmentation, report = self.tn.edited(self.segmentation, *rooms, self.edits, threads=self.options.threads)
         self._warn(report)
-        self._trace_seams()
+        self._trace_surface()
         self.segmentation = self.tn.transfer(self.segmentation, *rooms, threads=self.options.threads,
                                              progress=self._progress("segmentation", 0.9, 1.0))
 

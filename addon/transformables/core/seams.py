@@ -33,24 +33,3 @@ def worth_sending(points, moved, margin):
     moving = [i for i, (a, b) in enumerate(zip(points, moved)) if math.dist(a, b) > 0]
     near = {(i + k) % len(points) for i in moving for k in range(-margin, margin + 1)}
     return sorted(near)
-
-
-def swept(points, moved, closed, snap, rows=4):
-    """What a move hands from one part to the other: corners of triangles, three each, between the old curve and the new one.
-    Each place between the two is put on the surface by `snap`."""
-    count = len(points)
-    moving = [math.dist(a, b) > 0 for a, b in zip(points, moved)]
-    ladder = {}
-
-    def rung(i):
-        if i not in ladder:
-            between = [tuple(a + (b - a) * k / rows for a, b in zip(points[i], moved[i])) for k in range(1, rows)]
-            ladder[i] = [tuple(points[i]), *(snap(p) if moving[i] else p for p in between), tuple(moved[i])]
-        return ladder[i]
-    corners = []
-    for i in range(count if closed else count - 1):
-        j = (i + 1) % count
-        if moving[i] or moving[j]:
-            for a, b, c, d in zip(rung(i), rung(i)[1:], rung(j)[1:], rung(j)):
-                corners += (a, b, c, a, c, d)
-    return corners

@@ -30,7 +30,7 @@ def take_fingerprints(scene, until):
 
 def keep(context, running, result, arrays, character, target, options):
     """Stores a job's result in the scene and, when there are parts, makes the objects. Gives a line for the user."""
-    from ..bridge import design, edits, guide
+    from ..bridge import design, division, edits, guide
 
     scene = context.scene
     made = None
@@ -47,6 +47,7 @@ def keep(context, running, result, arrays, character, target, options):
     if result["finishing"] is not None and "segmentation" in running.fingerprints:
         _store(scene, running, "segmentation", _shares(result))
         scene.transformables.segmentation_stage.seams = edits.seams_of(result, arrays, target)
+        division.store(scene.transformables.segmentation_stage, result, arrays, target)
     if result["path"] is not None:
         _store(scene, running, "folding", result["path"])
     if running.until != "embedding":

@@ -65,13 +65,13 @@ class Embedding:
     def __init__(self, *, root, angles, morphology, symmetric=False):
         self.root, self.angles, self.morphology, self.symmetric = root, angles, morphology, symmetric
         self.terms, self.deepest_protrusion, self.deepest_collision = {"compact": 0.1, "total": 0.25}, 0.0, 0.0
-        self.value = 0.25
+        self.value, self.missed = 0.25, 0.0
 
 
 def embed(character, target, *, seed=0, symmetry="auto", proportions=True, threads=0, weights=None, locked=(), pinned=(), proportion_of=(),
-          start=None, progress=None, best=None):
+          edits=(), start=None, progress=None, best=None):
     calls.append("embed")
-    searches.append({"weights": weights, "locked": locked, "pinned": pinned, "proportion_of": proportion_of, "start": start})
+    searches.append({"weights": weights, "locked": locked, "pinned": pinned, "proportion_of": proportion_of, "start": start, "edits": edits})
     _behave(seed, progress)
     embedding = Embedding(root=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0.1, 0, 0, 1], angles=[0.5] * character.angle_count,
                           morphology=[1.0] * len(character.names))
@@ -144,6 +144,16 @@ def seams(segmentation, target):
     corners = ((-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1))
     points = [tuple(a + (b - a) * k / 10 for a, b in zip(p, q)) for p, q in zip(corners, corners[1:] + corners[:1]) for k in range(10)]
     return [{"bone_a": 0, "bone_b": 1, "closed": True, "points": struct.pack("<120d", *(x for p in points for x in p))}]
+
+
+def division(segmentation, target, *, spacing=1.0):
+    """A strip of squares across the seam."""
+    assert spacing >= 1
+    places = [(-1 + 0.1 * i, y, -1) for i in range(21) for y in (-0.3, -0.1, 0.1, 0.3)]
+    squares = [4 * i + j for i in range(20) for j in range(3)]
+    corners = [k for s in squares for k in (s, s + 4, s + 1, s + 1, s + 4, s + 5)]
+    return {"vertices": struct.pack(f"<{3 * len(places)}d", *(x for p in places for x in p)), "triangles": struct.pack(f"<{len(corners)}i", *corners),
+            "bones": struct.pack(f"<{len(places)}i", *(int(p[1] > 0) for p in places))}
 
 
 def edited(segmentation, character, target, embedding, edits, *, threads=0):

@@ -133,6 +133,9 @@ TEST(Embed, RefusesOptionsOutOfRange) {
   refused([](EmbeddingOptions& o) { o.proportion_of = {{0, 0, 1}}; });
   refused([](EmbeddingOptions& o) { o.proportion_of = {{0, 1.2, 1.1}}; });
   refused([](EmbeddingOptions& o) { o.weights.skeleton = std::nan(""); });
+  refused([](EmbeddingOptions& o) { o.painted = {{3, {}}}; });
+  refused([](EmbeddingOptions& o) { o.painted = {{-2, {}}}; });
+  refused([](EmbeddingOptions& o) { o.painted = {{0, {{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Constant(std::nan(""))}}}}; });
 }
 
 TEST(Embed, RefusesSymmetryWithoutMirrorPlanesAndAStartOfAnotherCharacter) {
@@ -183,6 +186,71 @@ TEST(Embed, HoldsASecondPinClosely) {
   const Embedding e = embed(character, target, options, {}, start);
   const auto after = forward_kinematics(character, e.pose, e.morphology);
   EXPECT_LT((after[4].translation() - frames[4].translation()).norm(), 0.1 * target.distance.shape.step);
+}
+
+// The upper half of the end of a box at its largest x.
+PaintedRegion end_of_box(const Vector3d& half, int bone) {
+  const Vector3d a(half.x(), -half.y(), 0), b(half.x(), half.y(), 0), c = half, d(half.x(), -half.y(), half.z());
+  return {bone, {{a, b, c}, {a, c, d}}};
+}
+
+// Share of the voxels right under it that each bone gets.
+std::vector<double> shares_at_end(const Character& character, const Target& target, const Embedding& e) {
+  Objective objective(character, target, {});
+  objective(e.pose, e.morphology);
+  std::vector<double> share(character.bones.size(), 0);
+  double all = 0;
+  for (const std::size_t i : target.inside) {
+    const Vector3d p = target.distance.shape.position(i);
+    if (p.z() > 0 && p.x() > 0.25 - 1.5 * target.distance.shape.step) ++share[std::size_t(objective.labels()[i])], ++all;
+  }
+  for (double& s : share) s /= all;
+  return share;
+}
+
+TEST(Embed, BringsTheNamedBoneToAPaintedRegion) {
+  const Vector3d half(0.25, 0.1, 0.1);
+  const Target target = box_target(half, 24);
+  const Character character = chain(4, 0.12, 0.018, {0, -2, 2});
+  EmbeddingOptions options = quick();
+  const std::vector<double> free = shares_at_end(character, target, embed(character, target, options, {}));
+  int brought = 0;
+  for (int bone = 0; bone < 4; ++bone) {
+    SCOPED_TRACE(bone);
+    options.painted = {end_of_box(half, bone)};
+    const Embedding e = embed(character, target, options, {});
+    const std::vector<double> share = shares_at_end(character, target, e);
+    EXPECT_GT(share[std::size_t(bone)], 0.6);
+    EXPECT_LT(e.deepest_protrusion, target.distance.shape.step);
+    brought += free[std::size_t(bone)] < 0.3;
+  }
+  EXPECT_GE(brought, 2) << "of which most were not there by themselves";
+}
+
+TEST(Embed, BringsAnyOneBoneToARegionThatIsToBeKeptWhole) {
+  const Vector3d half(0.25, 0.1, 0.1);
+  const Target target = box_target(half, 24);
+  const Character character = chain(6, 0.08, 0.015, {0, -2, 2});
+  EmbeddingOptions options = quick();
+  const Embedding free = embed(character, target, options, {});
+  EXPECT_EQ(free.missed, 0) << "nothing was asked for";
+  options.painted = {end_of_box(half, -1)};
+  const Embedding whole = embed(character, target, options, {});
+  const std::vector<double> before = shares_at_end(character, target, free), after = shares_at_end(character, target, whole);
+  EXPECT_LT(*std::max_element(before.begin(), before.end()), 0.4);
+  EXPECT_GT(*std::max_element(after.begin(), after.end()), 0.5);
+}
+
+TEST(Embed, IsNotChangedByARegionWithoutArea) {
+  const Target target = box_target({0.25, 0.2, 0.15}, 24);
+  const Character character = chain(3, 0.12, 0.018);
+  EmbeddingOptions options = quick();
+  options.evaluations = 100;
+  const Embedding plain = embed(character, target, options, {});
+  options.painted = {{1, {}}, {0, {{Vector3d::Zero(), Vector3d::UnitX(), Vector3d::UnitX()}}}};
+  const Embedding e = embed(character, target, options, {});
+  EXPECT_EQ(e.pose.angles, plain.pose.angles);
+  EXPECT_EQ(e.value, plain.value);
 }
 
 TEST(SkeletonFit, NamesTheBonesThatStickOutAndThosePairsThatCollide) {

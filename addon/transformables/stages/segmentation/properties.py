@@ -2,7 +2,7 @@
 """What the artist wants of the division of the target among the bones, and what the last one gave."""
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 KINDS = (("inhibit", "No Growth", "The bone's part stays close to its skeleton; its neighbours take the room", "FREEZE", 0),
          ("remove", "No Skin", "The bone has no skin, only its bare skeleton; its neighbours take the room", "REMOVE", 1),
@@ -37,6 +37,8 @@ class TransformablesSegmentationSettings(bpy.types.PropertyGroup):
     edits: CollectionProperty(type=TransformablesEdit, description="What the artist wants of the parts; heeded whenever the target is divided")
     seams: StringProperty(
         name="Seams", options={"HIDDEN"}, description="Where parts meet on the target, in its own space, as JSON text")
+    division: PointerProperty(
+        type=bpy.types.Mesh, name="Division", options={"HIDDEN"}, description="The target's surface with the part that each place belongs to")
     show_seams: BoolProperty(name="Show Seams", default=True, description="Draw the lines where parts meet on the target in the 3D view")
     active_edit: IntProperty(name="Active Wish", options={"HIDDEN"})
     stored: StringProperty(

@@ -9,8 +9,9 @@ from bpy_extras import view3d_utils
 from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 
-from ...bridge import mesh
+from ...bridge import division, mesh
 from ...core import seams as curves
+from ...core.division import Dragged
 from ...ui import seam_overlay, session, settings
 
 PICKED_WITHIN_PIXELS = 24
@@ -40,7 +41,7 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
         if session.current() is not None:
             cls.poll_message_set("A design is running already: wait for it, or press Esc to cancel it")
             return False
-        if settings.picked(context.scene, "target") is None or not json.loads(stage.seams or "[]"):
+        if settings.picked(context.scene, "target") is None or stage.division is None or not json.loads(stage.seams or "[]"):
             cls.poll_message_set("Divide the target into parts first")
             return False
         return True
@@ -52,8 +53,7 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
             return {"CANCELLED"}
         if Vector(self.displacement).length < LEAST_PULL * self.size:
             return {"CANCELLED"}  # a click
-        moved = self._moved()
-        self._keep(context, moved)
+        self._keep(context, self._moved())
         return {"FINISHED"}
 
     def invoke(self, context, event):
@@ -92,8 +92,8 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
         self._end(context, {"CANCELLED"})
 
     def _prepare(self, context):
-        target = settings.picked(context.scene, "target")
-        self._seams = json.loads(context.scene.transformables.segmentation_stage.seams)
+        target, stage = settings.picked(context.scene, "target"), context.scene.transformables.segmentation_stage
+        self._seams = json.loads(stage.seams)
         vertices, triangles = mesh.read_triangles(context, target)
         self._world = target.matrix_world.copy()  # of a hidden object it is brought up to date by reading
         into = np.array(self._world.inverted_safe())
@@ -112,7 +112,7 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
         return tuple(self._surface.find_nearest(point)[0])
 
     def _keep(self, context, moved):
-        """Adds the wish, and shows the seam where it is to be; the parts follow when the target is divided again."""
+        """Adds the wish, and shows the seam and the division as they are to be; the parts follow when the target is divided again."""
         stage, points = context.scene.transformables.segmentation_stage, self._points()
         kept = curves.worth_sending(points, moved, HOLDING)
         edit = stage.edits.add()
@@ -120,8 +120,19 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
         edit.bone, edit.other = self._seams[self.seam]["bones"]
         edit.points = json.dumps({"from": [points[i] for i in kept], "to": [[round(x, 6) for x in moved[i]] for i in kept]})
         stage.active_edit = len(stage.edits) - 1
+        self._take_division(stage)
+        division.keep_dragged(stage.division, self._division.moved(moved))
         self._seams[self.seam]["points"] = [[round(x, 6) for x in p] for p in moved]
         stage.seams = json.dumps(self._seams)
+
+    def _take_division(self, stage):
+        """Reads the division that the seam is part of, ready for the seam to move."""
+        vertices, triangles, parts = division.read(stage.division)
+        self._drawn = seam_overlay.Surface(vertices, triangles)
+        seam = self._seams[self.seam]
+        pair = [division.body(stage.division, name) for name in seam["bones"]]
+        spacing = np.linalg.norm(vertices[triangles[:, 0]] - vertices[triangles[:, 1]], axis=1).max()
+        self._division = Dragged(vertices, self._drawn.normals, parts, pair, seam["points"], seam["closed"], spacing)
 
     def _pick(self, context, event):
         """Takes the seam's point nearest to the mouse; of those near, one that the target does not hide."""
@@ -137,6 +148,7 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
             return False
         _, _, self.seam, self.point = min(near)
         self.displacement = (0, 0, 0)
+        self._take_division(context.scene.transformables.segmentation_stage)
         self._show(context)
         return True
 
@@ -157,7 +169,7 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
 
     def _show(self, context):
         moved, closed = self._moved(), self._seams[self.seam]["closed"]
-        seam_overlay.show_dragged(moved + moved[:1] if closed else moved, curves.swept(self._points(), moved, closed, self._snap))
+        seam_overlay.show_dragged(moved + moved[:1] if closed else moved, self._drawn, self._division.moved(moved))
         bones = self._seams[self.seam]["bones"]
         self._tell(context, f"Seam between {bones[0]} and {bones[1]}   size {self.size:.3g} (wheel)   (release: keep, Esc: cancel)")
         session.redraw()
