@@ -62,9 +62,10 @@ void bind_finishing(py::module_& m) {
 
   m.def(
       "certify",
-      [](const Parts& parts, const Character& character, const Embedding& embedding, const FoldPath& path, double enough, double least, int threads,
-         const py::object& progress) {
+      [](const Parts& parts, const Character& character, const Embedding& embedding, const FoldPath& path, double enough, double least,
+         std::vector<std::pair<int, int>> pairs, int threads, const py::object& progress) {
         CertificateOptions options;
+        options.pairs = std::move(pairs);
         options.enough = enough;
         options.least = least;
         options.threads = threads;
@@ -73,8 +74,8 @@ void bind_finishing(py::module_& m) {
         return certify(parts.parts, character, embedding, path, options, tell);
       },
       py::arg("parts"), py::arg("character"), py::arg("embedding"), py::arg("path"), py::kw_only(), py::arg("enough"), py::arg("least"),
-      py::arg("threads") = 0, py::arg("progress") = py::none(),
-      "The proof that finished parts stay apart, for another path from the embedding's pose. enough: target units, beyond which nobody looks closer; "
+      py::arg("pairs") = std::vector<std::pair<int, int>>{}, py::arg("threads") = 0, py::arg("progress") = py::none(),
+      "The proof that finished parts, or only some pairs of bones (lesser first), stay apart, for another path from the embedding's pose. enough: target units, beyond which nobody looks closer; "
       "least: nearer ones touch. Raises InvalidInput, Cancelled.");
 }
 

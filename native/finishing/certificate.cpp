@@ -105,10 +105,26 @@ struct Solid {
   std::vector<Eigen::Vector3d> points;
 };
 
-std::vector<Solid> solids_of(const std::vector<Part>& parts) {
-  std::vector<Solid> solids(parts.size());
+/// Which pairs are wanted.
+class Wanted {
+ public:
+  explicit Wanted(const std::vector<std::pair<int, int>>& pairs) : pairs_(pairs) { std::sort(pairs_.begin(), pairs_.end()); }
+  bool pair(int a, int b) const { return pairs_.empty() || std::binary_search(pairs_.begin(), pairs_.end(), std::pair(a, b)); }
+  bool part(int bone) const {
+    return pairs_.empty() || std::any_of(pairs_.begin(), pairs_.end(), [&](const auto& p) { return p.first == bone || p.second == bone; });
+  }
+
+ private:
+  std::vector<std::pair<int, int>> pairs_;
+};
+
+std::vector<Solid> solids_of(const std::vector<Part>& parts, const Wanted& wanted) {
+  std::vector<const Part*> chosen;
+  for (const Part& part : parts)
+    if (wanted.part(part.bone)) chosen.push_back(&part);
+  std::vector<Solid> solids(chosen.size());
   tbb::parallel_for(std::size_t(0), solids.size(), [&](std::size_t n) {
-    solids[n] = {parts[n].bone, box_tree(parts[n].mesh), piece_points(parts[n].mesh)};
+    solids[n] = {chosen[n]->bone, box_tree(chosen[n]->mesh), piece_points(chosen[n]->mesh)};
   });
   std::sort(solids.begin(), solids.end(), [](const Solid& a, const Solid& b) { return a.bone < b.bone; });
   return solids;
@@ -179,12 +195,13 @@ class Known {
   std::map<std::tuple<std::size_t, int, int>, Outcome> outcomes_;
 };
 
-/// The pairs to look at in a move: all in the first, those that move against each other in later ones.
+/// The pairs to look at in a move, of those that are wanted: all in the first, those that move against each other in later ones.
 std::vector<Task> tasks_of(const std::vector<Solid>& solids, const Character& character, const Embedding& embedding, const Move& move,
-                           const Eigen::VectorXd& start, bool first) {
+                           const Eigen::VectorXd& start, const Wanted& wanted, bool first) {
   std::vector<Task> tasks;
   for (std::size_t i = 0; i < solids.size(); ++i)
     for (std::size_t j = i + 1; j < solids.size(); ++j) {
+      if (!wanted.pair(solids[i].bone, solids[j].bone)) continue;
       RelativeMotion motion(character, embedding.morphology, move, start, solids[i].bone, solids[j].bone);
       if (first || motion.moves()) tasks.push_back({&solids[i], &solids[j], std::move(motion), first});
     }
@@ -193,13 +210,14 @@ std::vector<Task> tasks_of(const std::vector<Solid>& solids, const Character& ch
 
 Certificate certify_here(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
                          const std::vector<Eigen::VectorXd>& angles, const CertificateOptions& options, const Known& known, const Progress& progress) {
-  const std::vector<Solid> solids = solids_of(parts);
+  const Wanted wanted(options.pairs);
+  const std::vector<Solid> solids = solids_of(parts, wanted);
   Certificate certificate;
   const std::size_t moves = std::max<std::size_t>(1, path.moves.size());
   for (std::size_t m = 0; m < moves; ++m) {
     progress(double(m) / double(moves), "proving that parts stay apart");
     const Move move = m < path.moves.size() ? path.moves[m] : Move{};
-    const std::vector<Task> tasks = tasks_of(solids, character, embedding, move, angles[m], m == 0);
+    const std::vector<Task> tasks = tasks_of(solids, character, embedding, move, angles[m], wanted, m == 0);
     std::vector<Outcome> outcomes(tasks.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks.size(), 1), [&](const auto& range) {
       for (std::size_t n = range.begin(); n != range.end(); ++n) {

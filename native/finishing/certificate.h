@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "character/character.h"
@@ -23,6 +24,7 @@ struct CertificateOptions {
   double tolerance = 0.25;     ///< a pair's proven gap is at most this share under its true one, where that is under `enough`
   long steps = 20'000'000;     ///< boxes and triangles compared for one pair in one move, at most: bounds the time without a clock
   int threads = 0;             ///< 0: all cores. The result does not depend on it.
+  std::vector<std::pair<int, int>> pairs{};  ///< bones of the pairs that are looked at, the lesser first; empty: all
 };
 
 /// From t0 to t1 of a move (0 to 1, hinges turning at constant rates) two parts are at least `bound` apart.

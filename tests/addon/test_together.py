@@ -16,32 +16,52 @@ FOLDED = [1.0, 0.5, 0.5, -0.2]
 ROWS = [(m, 0, 1, 0.0, 1.0, 0.1 * (m + 1)) for m in range(4)]
 
 
-def proved(angles, turns):
+ALL = {(0, 1)}
+
+
+def proved(angles, turns, pairs):
     return [(0, 0, 1, 0.0, 0.5, 9.0), (0, 0, 1, 0.5, 1.0, 9.0)]
 
 
 def test_moves_are_joined_while_it_is_proved_and_no_joint_turns_twice():
     asked = []
 
-    def prove(angles, turns):
-        asked.append((angles, turns))
-        return proved(angles, turns)
+    def prove(angles, turns, pairs):
+        asked.append((angles, turns, pairs))
+        return proved(angles, turns, pairs)
 
-    moves, rows, new_of = joined(MOVES, ROWS, FOLDED, prove)
+    moves, rows, new_of = joined(MOVES, ROWS, FOLDED, lambda turns: ALL, prove)
     assert moves == [MOVES[0] + MOVES[1], MOVES[2] + MOVES[3]] and new_of == [0, 0, 1, 1]
     check_path(moves, FOLDED)
     assert [row[0] for row in rows] == [0, 0, 1, 1]
-    assert asked == [(FOLDED, MOVES[0] + MOVES[1]), ([0.0, 0.7, 0.0, -0.2], MOVES[2] + MOVES[3])], "each from where the joints stand by then"
+    assert asked == [(FOLDED, MOVES[0] + MOVES[1], [(0, 1)]), ([0.0, 0.7, 0.0, -0.2], MOVES[2] + MOVES[3], [(0, 1)])], "each from where the joints stand by then"
 
 
 def test_without_a_proof_every_move_stays_and_keeps_its_own_intervals():
-    assert joined(MOVES, ROWS, FOLDED, lambda *_: None) == (MOVES, ROWS, [0, 1, 2, 3])
+    assert joined(MOVES, ROWS, FOLDED, lambda turns: ALL, lambda *_: None) == (MOVES, ROWS, [0, 1, 2, 3])
 
 
 def test_a_move_that_cannot_join_starts_the_next_group_and_intervals_follow_their_moves():
-    moves, rows, new_of = joined(MOVES, ROWS, FOLDED, lambda angles, turns: None if (0, 1.0, 0.0) in turns else proved(angles, turns))
+    def prove(angles, turns, pairs):
+        return None if (0, 1.0, 0.0) in turns else proved(angles, turns, pairs)
+
+    moves, rows, new_of = joined(MOVES, ROWS, FOLDED, lambda turns: ALL, prove)
     assert moves == [MOVES[0], MOVES[1], MOVES[2] + MOVES[3]] and new_of == [0, 1, 2, 2]
     assert rows[:2] == ROWS[:2] and [row[0] for row in rows[2:]] == [2, 2]
+
+
+def test_only_pairs_that_both_moves_move_are_proved_and_the_others_keep_their_own_intervals():
+    pairs = {0: {(0, 1), (1, 2)}, 1: {(0, 2), (1, 2)}}
+    rows = [(0, a, b, 0.0, 1.0, 0.1) for a, b in ((0, 1), (0, 2), (0, 3), (1, 2))] + [(1, a, b, 0.0, 1.0, 0.2) for a, b in ((0, 2), (1, 2))]
+    asked = []
+
+    def prove(angles, turns, both):
+        asked.append(both)
+        return [(0, 1, 2, 0.0, 1.0, 0.3)]
+
+    found = joined(MOVES[:2], rows, FOLDED, lambda turns: set().union(*(pairs[min(angle, 1)] for angle, _, _ in turns)), prove)[1]
+    assert asked == [[(1, 2)]]
+    assert found == [(0, 0, 1, 0.0, 1.0, 0.1), (0, 0, 2, 0.0, 1.0, 0.2), (0, 0, 3, 0.0, 1.0, 0.1), (0, 1, 2, 0.0, 1.0, 0.3)]
 
 
 def three_bones(**options):

@@ -322,15 +322,25 @@ class _Run:
             return
         progress, tried = self._progress("finishing", 0.85, 1.0), []
 
-        def prove(angles, turns):
+        def prove(angles, turns, pairs):
             tried.append(turns)
             pose = self.tn.Embedding(root=list(self.embedding.root), angles=list(angles), morphology=list(self.embedding.morphology), symmetric=False)
             proof = self.tn.certify(self.parts, self.character, pose, self.tn.FoldPath(moves=[turns]), least=self.certificate.gap * PROVED_AGAIN,
-                                    enough=max(self.options.target_units(self.options.clearance_mm), LEAST_ENOUGH), threads=self.options.threads,
+                                    enough=max(self.options.target_units(self.options.clearance_mm), LEAST_ENOUGH), pairs=pairs, threads=self.options.threads,
                                     progress=lambda *_: progress(min(1.0, len(tried) / len(moves)), "joints that can turn together"))
             return proof.intervals if proof.holds and proof.gap >= self.certificate.gap * PROVED_AGAIN else None
 
-        self.joined = together.joined(moves, self.certificate.intervals, list(self.embedding.angles), prove)
+        self.joined = together.joined(moves, self.certificate.intervals, list(self.embedding.angles), self._pairs_moved, prove)
+
+    def _pairs_moved(self, turns):
+        """Bodies that move against each other, when some hinges turn, in pairs: those with such a joint between them."""
+        turned = {angle for angle, _, _ in turns}
+        above = []  # for each body the turning joints between it and the root
+        for body, parent in enumerate(self.character.parents):
+            first = self.character.first_angle[body]
+            own = any(first + k in turned for k in range(len(self.character.hinges[body])))
+            above.append((above[parent] if parent >= 0 else frozenset()) | ({body} if own else frozenset()))
+        return {(a, b) for b in range(len(above)) for a in range(b) if above[a] != above[b]}
 
     def _preview(self):
         """Part meshes of a design that is not finished: nothing is carved."""

@@ -11,37 +11,45 @@ class _Group:
     start: list        # all angles before it
     turns: list
     old: list          # the moves it is made of
-    rows: list = None  # its proof, once it is made of several
+    rows: list         # its proof
 
 
-def joined(moves, intervals, folded_angles, prove):
+def joined(moves, intervals, folded_angles, pairs_moved, prove):
     """Gives (moves, intervals, new_of): `new_of[n]` is the move that move n has become a part of.
 
-    `intervals` prove the moves as they are. `prove(angles, turns)` gives the intervals of one move from these angles, or None when there is
-    no proof: then the move stays apart. Each move is tried with those before it, in order, so that the fold's order stays.
+    `intervals` prove the moves as they are. `pairs_moved(turns)` is the set of pairs of bones (lesser first) that move against each other.
+    `prove(angles, turns, pairs)` gives the intervals of these pairs in one move from these angles, or None when there is no proof: then the
+    move stays apart. Each move is tried with those before it, in order, so that the fold's order stays. Only pairs that both move need a proof:
+    others do in the joined move just what they did in their own.
     """
     groups, now = [], list(folded_angles)
     for number, turns in enumerate(moves):
-        if not _joins(groups, number, turns, prove):
-            groups.append(_Group(list(now), list(turns), [number]))
+        rows = [row for row in intervals if row[0] == number]
+        if not _joins(groups, number, turns, rows, pairs_moved, prove):
+            groups.append(_Group(list(now), list(turns), [number], rows))
         for angle, _, end in turns:
             now[angle] = end
     new_of = {old: new for new, group in enumerate(groups) for old in group.old}
-    rows = []
-    for new, group in enumerate(groups):
-        found = group.rows if group.rows is not None else [row for row in intervals if row[0] == group.old[0]]
-        rows += [(new, *row[1:]) for row in found]
+    rows = [(new, *row[1:]) for new, group in enumerate(groups) for row in group.rows]
     return [group.turns for group in groups], rows, [new_of[number] for number in range(len(moves))]
 
 
-def _joins(groups, number, turns, prove):
+def _joins(groups, number, turns, rows, pairs_moved, prove):
     """Makes a move part of the last group where that is proved."""
     if not groups or {angle for angle, _, _ in groups[-1].turns} & {angle for angle, _, _ in turns}:
         return False
     group = groups[-1]
-    rows = prove(group.start, [*group.turns, *turns])
-    if rows is None:
+    by_group, by_move = pairs_moved(group.turns), pairs_moved(turns)
+    both = by_group & by_move
+    proof = prove(group.start, [*group.turns, *turns], sorted(both)) if both else []
+    if proof is None:
         return False
-    group.turns, group.rows = [*group.turns, *turns], rows
+    kept = [row for row in group.rows if _pair(row) not in by_move] + [row for row in rows if _pair(row) in by_move - by_group]
+    group.rows = sorted([*kept, *proof], key=lambda row: row[1:])
+    group.turns = [*group.turns, *turns]
     group.old.append(number)
     return True
+
+
+def _pair(row):
+    return row[1], row[2]

@@ -181,12 +181,12 @@ def transfer_along(segmentation, character, target, embedding, path, *, threads=
     return segmentation
 
 
-def certify(parts, character, embedding, path, *, enough, least, threads=0, progress=None):
+def certify(parts, character, embedding, path, *, enough, least, pairs=(), threads=0, progress=None):
     """Nothing ever touches, but for joints that turn by more than a radian at the same time."""
     calls.append("certify")
     _told(progress, 0.5)
     turned = sum(abs(end - start) for turns in path.moves for _, start, end in turns)
-    rows = [(m, b, a, 0.0, 1.0, 0.001) for m in range(len(path.moves)) for a in range(len(character.names)) for b in range(a)]
+    rows = [(m, b, a, 0.0, 1.0, 0.001) for m in range(len(path.moves)) for a in range(len(character.names)) for b in range(a) if not pairs or (b, a) in pairs]
     return SimpleNamespace(holds=turned <= 1.0, gap=0.001 if turned <= 1.0 else 0.0, open=[], intervals=rows)
 
 
