@@ -59,6 +59,19 @@ TEST(Embed, IsSymmetricWhenBothAreAndNotWhenToldSo) {
   EXPECT_FALSE(embed(character, target, options, {}).symmetric);
 }
 
+TEST(Embed, GivesSymmetryUpWhereOnlyAnAsymmetricPoseFitsUnlessToldToKeepIt) {
+  // The shoulders are 0.12 apart, at least 0.07 when scaled; the slab's two sides that mirror each other only 0.06.
+  const Target target = box_target({0.03, 0.25, 0.12}, 32);
+  EmbeddingOptions options = quick();
+  const Embedding free = embed(armed(), target, options, {});
+  EXPECT_FALSE(free.symmetric);
+  EXPECT_LT(free.deepest_protrusion, target.distance.shape.step);
+  options.symmetry = Symmetry::kOn;
+  const Embedding both = embed(armed(), target, options, {});
+  EXPECT_TRUE(both.symmetric);
+  EXPECT_GT(both.deepest_protrusion, target.distance.shape.step);
+}
+
 TEST(Embed, KeepsProportionsWhenToldSo) {
   const Target target = box_target({0.25, 0.2, 0.15}, 24);
   EmbeddingOptions options = quick();
