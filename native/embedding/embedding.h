@@ -61,7 +61,7 @@ struct EmbeddingOptions {
   std::vector<PinnedBone> pinned;       ///< any: symmetry is off
   std::vector<BoneProportion> proportion_of;  ///< these bones have bounds of their own, whatever `proportions` says
   int runs = 2;                         ///< searches that go on to the end; the best is kept
-  int starts = 24;                      ///< short searches that each of those is chosen from, in rounds
+  int starts = 24;                      ///< short searches that each of those is chosen from, in rounds; fewer and longer ones where the bound is ample
   int evaluations = 12000;              ///< bound for each run; a run ends earlier when it has converged
   int threads = 0;                      ///< 0: all cores. The result does not depend on it.
 };

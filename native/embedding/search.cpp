@@ -13,12 +13,14 @@ namespace {
 constexpr double kFeasibility = 1e4;
 constexpr double kPinned = 1e5;          // so that a bone is rather out of the target than off its pin
 constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian counts as much as this move
-// Populations are twice as large as is usual for one minimum: with many minima about, that ends in better ones.
-constexpr int kWidePopulation = 1;
+// With many minima about, a larger population ends in better ones, but converges later: it is as large as the bound for a run
+// allows, up to twice the usual. The usual one has about converged after so many evaluations an unknown.
+constexpr double kEvaluationsAnUnknown = 250, kLargestPopulation = 2;
 constexpr double kWideSigma = 0.35, kCarefulSigma = 0.08, kRestartSigma = 0.15;
 constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
 
-// Successive halving: of the starts a third goes on after the short run, an eighth after the middle one.
+// Successive halving: of the starts a third goes on after the short run, an eighth after the middle one. A larger population has
+// longer runs, and fewer of them.
 constexpr std::size_t kPromising = 3, kGood = 8;
 constexpr int kPosesTried = 16;          // random poses for each start, before any search
 constexpr long kShortRun = 300, kMiddleRun = 900, kLongRun = 2500;
@@ -131,8 +133,13 @@ std::vector<Search::Job> Search::screened(std::size_t count) {
   return best;
 }
 
+/// Times the usual population.
+double Search::breadth() const {
+  return std::clamp(double(options_.evaluations) / (kEvaluationsAnUnknown * unknowns_.count()), 1.0, kLargestPopulation);
+}
+
 std::vector<Search::Run> Search::started(std::size_t count) {
-  const int population = kWidePopulation * CmaEs::default_population(unknowns_.count());
+  const int population = int(breadth() * CmaEs::default_population(unknowns_.count()));
   std::vector<Run> runs;
   for (Job& job : screened(count)) {
     const std::uint64_t stream = runs.size() + 1;
@@ -240,10 +247,11 @@ void Search::finish(std::vector<Run>& finalists, std::vector<Run>& ended, const 
 std::vector<Embedding> Search::wide(int count, double least_difference, const Hear& found) {
   least_difference_ = least_difference;
   const long bound = options_.evaluations;
+  const auto within = [&](long length) { return std::min(long(breadth() * double(length)), bound); };
   const auto together = std::size_t(options_.runs), finalists = std::max(together, std::size_t(count) * 3 / 2);
-  const auto starts = finalists * std::size_t(options_.starts);
+  const auto starts = finalists * std::size_t(std::ceil(options_.starts / breadth()));
   const auto promising = std::max(finalists, starts / kPromising), good = std::max(finalists, starts / kGood);
-  const long brief = std::min(kShortRun, bound), middle = std::min(kMiddleRun, bound), late = std::min(kLongRun, bound);
+  const long brief = within(kShortRun), middle = within(kMiddleRun), late = within(kLongRun);
   planned_ = long(starts) * (kPosesTried + brief) + long(promising) * (middle - brief) + long(good) * (late - middle) +
              long(finalists) * (bound - late);
   rough_ = true;

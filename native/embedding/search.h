@@ -54,6 +54,7 @@ class Search {
     Partition partition = {};  ///< of its best, when it was last asked for
   };
 
+  double breadth() const;
   std::vector<Run> started(std::size_t count);
   std::vector<Job> screened(std::size_t count);
   void go_on_finely(std::vector<Run>& runs);
