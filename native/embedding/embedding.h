@@ -50,6 +50,8 @@ struct BoneProportion {
   double least = 1, largest = 1;
 };
 
+struct Embedding;
+
 struct EmbeddingOptions {
   std::uint64_t seed = 0;
   Symmetry symmetry = Symmetry::kAuto;  ///< kAuto: on when character and target both have a mirror plane and a symmetric pose is inside and free of collisions
@@ -64,6 +66,7 @@ struct EmbeddingOptions {
   int starts = 24;                      ///< short searches that each of those is chosen from, in rounds; fewer and longer ones where the bound is ample
   int evaluations = 12000;              ///< bound for each run; a run ends earlier when it has converged
   int threads = 0;                      ///< 0: all cores. The result does not depend on it.
+  std::function<void(const Embedding&)> trying;  ///< called, when set, up to 20 times a second: where the leading search is just now, to be watched
 };
 
 /// E* = (S_O, M*).

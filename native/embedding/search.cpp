@@ -17,6 +17,8 @@ constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian cou
 // allows, up to twice the usual. The usual one has about converged after so many evaluations an unknown.
 constexpr double kEvaluationsAnUnknown = 250, kLargestPopulation = 2;
 constexpr double kWideSigma = 0.35, kCarefulSigma = 0.08, kRestartSigma = 0.15;
+constexpr std::chrono::milliseconds kShown{50};
+constexpr std::ptrdiff_t kTogether = 8;  // runs: few, so that there is soon something to show
 constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
 
 // Successive halving: of the starts a third goes on after the short run, an eighth after the middle one. A larger population has
@@ -183,6 +185,15 @@ void Search::advance_once(std::vector<Run*>& active) {
   }
 }
 
+/// Where the leading one of these runs is: a pose that is better than all before comes too seldom to be watched.
+void Search::show(const std::vector<Run*>& active) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!options_.trying || now - shown_ < kShown) return;
+  shown_ = now;
+  const Run& leader = **std::min_element(active.begin(), active.end(), [](const Run* a, const Run* b) { return a->best_value < b->best_value; });
+  options_.trying(embedding_of(leader.cma.mean(), leader.start));
+}
+
 /// All runs together, generation by generation, until each has converged or used `bound` evaluations.
 void Search::advance(std::vector<Run>& runs, long bound) {
   for (;;) {
@@ -196,7 +207,13 @@ void Search::advance(std::vector<Run>& runs, long bound) {
       active.push_back(&run);
     }
     if (active.empty()) return;
-    advance_once(active);
+    for (auto begin = active.begin(); begin != active.end();) {
+      const auto end = begin + std::min<std::ptrdiff_t>(kTogether, active.end() - begin);
+      std::vector<Run*> some(begin, end);
+      advance_once(some);
+      show(some);
+      begin = end;
+    }
   }
 }
 

@@ -4,6 +4,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/task_arena.h>
 
+#include <chrono>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -61,6 +62,7 @@ class Search {
   void advance(std::vector<Run>& runs, long bound);
   void advance_once(std::vector<Run*>& active);
   void restart(Run& run);
+  void show(const std::vector<Run*>& active);
   void evaluate(std::vector<Job>& jobs);
   double value_of(Worker& worker, const Job& job) const;
   double pin_error(const Skeleton& skeleton) const;
@@ -87,6 +89,7 @@ class Search {
   tbb::task_arena arena_;
   bool rough_ = false;                 ///< whether evaluations are on the coarse grid
   long evaluations_ = 0, planned_ = 1;
+  std::chrono::steady_clock::time_point shown_{};
   double best_value_ = std::numeric_limits<double>::infinity();
 };
 

@@ -126,7 +126,7 @@ class _Run:
             self.embedding = self._stored_embedding(self.stored["embedding"])
             return
         search = {"seed": self.options.seed, "symmetry": self.options.symmetry, "proportions": self.options.proportions,
-                  "threads": self.options.threads, "progress": self._progress("embedding"), "best": self._tell_pose, **self._steering()}
+                  "threads": self.options.threads, "progress": self._progress("embedding"), "best": self._tell_best, "trying": self._tell_pose, **self._steering()}
         try:
             self._search(search)
         except self.tn.Cancelled:
@@ -160,6 +160,7 @@ class _Run:
         search["progress"] = self._progress("embedding", 0.0, 0.4)
         tried = TRIED if self.options.resolution < FINE else 1
         found = self.tn.explore(self.character, self.target, count=tried, least_difference=DIFFERENT, evaluations=EVALUATIONS, **search)
+        self._tell_pose(found[0])
         sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
         rough = []
         for k, embedding in enumerate(sound if len(sound) > 1 else ()):
@@ -321,8 +322,11 @@ class _Run:
         ends = self.skeleton.bone_ends(frames, embedding.morphology, lengths)
         return [p for _, a, b in ends for p in (a, b)]
 
-    def _tell_pose(self, embedding):
+    def _tell_best(self, embedding):
         self.best = embedding
+        self._tell_pose(embedding)
+
+    def _tell_pose(self, embedding):
         self.tell.pose({"root": list(embedding.root), "angles": list(embedding.angles), "morphology": list(embedding.morphology),
                         "terms": dict(embedding.terms), "points": self._points(embedding)})
 

@@ -102,6 +102,23 @@ TEST(Embed, FromAGivenPoseItEndsNoWorseAndTellsEachBetterOneInTheCallersThread) 
   EXPECT_LE(end.evaluations, 400);
 }
 
+TEST(Embed, ShowsWhereItIsWithoutBeingChangedByIt) {
+  const Target target = box_target({0.25, 0.2, 0.15}, 24);
+  const Character character = armed();
+  EmbeddingOptions options = quick();
+  const Embedding unseen = embed(character, target, options, {});
+  int shown = 0;
+  options.trying = [&](const Embedding& e) {
+    ++shown;
+    EXPECT_EQ(e.pose.angles.size(), character.angle_count);
+    EXPECT_EQ(e.morphology.size(), Eigen::Index(character.bones.size()));
+  };
+  const Embedding seen = embed(character, target, options, {});
+  EXPECT_GT(shown, 0);
+  EXPECT_EQ(seen.pose.angles, unseen.pose.angles);
+  EXPECT_EQ(seen.terms.total, unseen.terms.total);
+}
+
 TEST(Embed, StopsWhenAsked) {
   const Target target = box_target({0.25, 0.2, 0.15});
   const Character character = armed();
