@@ -82,8 +82,30 @@ bool is_sound(const Embedding& embedding, const Target& target) {
   return embedding.deepest_protrusion < step && embedding.deepest_collision < kTouching * step;
 }
 
+/// Solutions with one more at their end, in the last one's place when there are enough already; unless it is like one before it.
+std::vector<Embedding> with_last(const Character& character, const Target& target, std::vector<Embedding> solutions, const Embedding& last,
+                                 const ExploreOptions& wanted) {
+  if (wanted.count == 1) return solutions;
+  if (int(solutions.size()) == wanted.count) solutions.pop_back();
+  const auto voxels = std::make_shared<const Voxels>(target);
+  const PartitionDifference difference(character, target, *voxels);
+  Evaluator evaluator(character, target, voxels, {});
+  const auto partition_of = [&](const Embedding& e) {
+    Partition partition;
+    evaluator(e.pose, e.morphology);
+    evaluator.read_partition(partition);
+    return partition;
+  };
+  const Partition own = partition_of(last);
+  const bool differs = std::all_of(solutions.begin(), solutions.end(), [&](const Embedding& e) {
+    return difference(own, partition_of(e)) >= wanted.least_difference;
+  });
+  if (differs) solutions.push_back(last);
+  return solutions;
+}
+
 /// A search from nothing. Symmetry that nobody demanded gives way when no symmetric pose is sound: a plane of symmetry may lie
-/// across the target's length.
+/// across the target's length. The best symmetric one stays among several all the same: it may well unfold better.
 std::vector<Embedding> searched(const Character& character, const Target& target, const EmbeddingOptions& options,
                                 const ExploreOptions& wanted, const Progress& progress, const Search::Hear& found,
                                 const Search::Hear& best_so_far) {
@@ -99,7 +121,8 @@ std::vector<Embedding> searched(const Character& character, const Target& target
   const std::vector<Embedding> free = search(false, second, [&](const Embedding& e) {
     if (best_so_far && e.value < both.front().value) best_so_far(e);
   });
-  return free.front().value < both.front().value ? free : both;
+  if (both.front().value <= free.front().value) return both;
+  return with_last(character, target, free, both.front(), wanted);
 }
 
 }  // namespace
