@@ -126,11 +126,12 @@ void bind_embedding(py::module_& m) {
       [](const Character& character, const Target& target, std::uint64_t seed, const std::string& symmetry, bool proportions,
          int threads, const std::map<std::string, double>& weights, const Locks& locked, const Pins& pinned,
          const Proportions& proportion_of, const std::vector<Edit>& edits, const std::optional<Embedding>& start, const py::object& progress,
-         const py::object& best) {
+         const py::object& best, const py::object& trying) {
         EmbeddingOptions options = options_from(seed, symmetry, proportions, threads, weights, locked, pinned, proportion_of);
         options.painted = painted_from(edits, character);
         const Progress tell = progress_from(progress);
         const auto show = hearer(best);
+        options.trying = hearer(trying);
         py::gil_scoped_release release;
         return embed(character, target, options, tell, start, show);
       },
@@ -138,21 +139,24 @@ void bind_embedding(py::module_& m) {
       py::arg("proportions") = true, py::arg("threads") = 0, py::arg("weights") = std::map<std::string, double>{},
       py::arg("locked") = Locks{}, py::arg("pinned") = Pins{}, py::arg("proportion_of") = Proportions{},
       py::arg("edits") = std::vector<Edit>{}, py::arg("start") = py::none(), py::arg("progress") = py::none(), py::arg("best") = py::none(),
+      py::arg("trying") = py::none(),
       "Folds the fitted character's skeleton into the target (CMA-ES). weights: term -> number, for terms that are not to have the usual "
       "one; locked: (angle index, radians); pinned: (bone, its frame in the target's, 16 numbers column-major); proportion_of: (bone, least, "
-      "largest scale); edits: of which those that paint regions are heeded. best(Embedding) hears of each better pose. Raises InvalidInput, Cancelled.");
+      "largest scale); edits: of which those that paint regions are heeded. best(Embedding) hears of each better pose, trying(Embedding) some "
+      "times a second where the search is. Raises InvalidInput, Cancelled.");
 
   m.def(
       "explore",
       [](const Character& character, const Target& target, std::uint64_t seed, const std::string& symmetry, bool proportions,
          int threads, const std::map<std::string, double>& weights, const Locks& locked, const Pins& pinned,
-         const Proportions& proportion_of, const std::vector<Edit>& edits, int count, double least_difference, int evaluations, const py::object& progress, const py::object& found,
-         const py::object& best) {
+         const Proportions& proportion_of, const std::vector<Edit>& edits, int count, double least_difference, int evaluations,
+         const py::object& progress, const py::object& found, const py::object& best, const py::object& trying) {
         EmbeddingOptions options = options_from(seed, symmetry, proportions, threads, weights, locked, pinned, proportion_of);
         options.painted = painted_from(edits, character);
         options.evaluations = evaluations;
         const Progress tell = progress_from(progress);
         const auto add = hearer(found), show = hearer(best);
+        options.trying = hearer(trying);
         py::gil_scoped_release release;
         return explore(character, target, options, {count, least_difference}, tell, add, show);
       },
@@ -161,6 +165,7 @@ void bind_embedding(py::module_& m) {
       py::arg("locked") = Locks{}, py::arg("pinned") = Pins{}, py::arg("proportion_of") = Proportions{},
       py::arg("edits") = std::vector<Edit>{}, py::arg("count") = 5, py::arg("least_difference") = 0.15,
       py::arg("evaluations") = EmbeddingOptions{}.evaluations, py::arg("progress") = py::none(), py::arg("found") = py::none(), py::arg("best") = py::none(),
+      py::arg("trying") = py::none(),
       "Up to `count` embeddings that differ in over `least_difference` of the target's voxels, best first; evaluations bounds each search. found(Embedding) hears of each as "
       "it is found (some may be replaced by better ones like them); the rest as in embed. Raises InvalidInput, Cancelled.");
 

@@ -10,6 +10,8 @@
 namespace transformables {
 namespace {
 
+constexpr double kTouching = 0.1;  // steps: what is less deep in one another does not count as a collision
+
 /// Throws unless every index lies in [0, count) and comes once.
 template <class Item, class Index>
 void check_indices(const std::vector<Item>& items, Index index, int count, const std::string& what) {
@@ -85,14 +87,65 @@ bool is_symmetric(const Character& character, const Target& target, const Embedd
   return options.symmetry == Symmetry::kOn || !start || start->symmetric;
 }
 
+/// Inside and free of collisions, as far as a voxel can tell.
+bool is_sound(const Embedding& embedding, const Target& target) {
+  const double step = target.distance.shape.step;
+  return embedding.deepest_protrusion < step && embedding.deepest_collision < kTouching * step;
+}
+
+/// Solutions with one more at their end, in the last one's place when there are enough already; unless it is like one before it.
+std::vector<Embedding> with_last(const Character& character, const Target& target, std::vector<Embedding> solutions, const Embedding& last,
+                                 const ExploreOptions& wanted) {
+  if (wanted.count == 1) return solutions;
+  if (int(solutions.size()) == wanted.count) solutions.pop_back();
+  const auto voxels = std::make_shared<const Voxels>(target);
+  const PartitionDifference difference(character, target, *voxels);
+  Evaluator evaluator(character, target, voxels, {});
+  const auto partition_of = [&](const Embedding& e) {
+    Partition partition;
+    evaluator(e.pose, e.morphology);
+    evaluator.read_partition(partition);
+    return partition;
+  };
+  const Partition own = partition_of(last);
+  const bool differs = std::all_of(solutions.begin(), solutions.end(), [&](const Embedding& e) {
+    return difference(own, partition_of(e)) >= wanted.least_difference;
+  });
+  if (differs) solutions.push_back(last);
+  return solutions;
+}
+
+/// A search from nothing. Symmetry that nobody demanded gives way when no symmetric pose is sound: a plane of symmetry may lie
+/// across the target's length. The best symmetric one stays among several all the same: it may well unfold better.
+std::vector<Embedding> searched(const Character& character, const Target& target, const EmbeddingOptions& options,
+                                const ExploreOptions& wanted, const Progress& progress, const Search::Hear& found,
+                                const Search::Hear& best_so_far) {
+  const auto search = [&](bool alike, const Progress& tell, const Search::Hear& show) {
+    return Search(character, target, options, alike, tell, show).wide(wanted.count, wanted.least_difference, found);
+  };
+  const bool symmetric = is_symmetric(character, target, options, {});
+  if (!symmetric || options.symmetry == Symmetry::kOn) return search(symmetric, progress, best_so_far);
+  const Progress first{[&](double done, std::string_view note) { progress(0.5 * done, note); return true; }};
+  const Progress second{[&](double done, std::string_view note) { progress(0.5 + 0.5 * done, note); return true; }};
+  const std::vector<Embedding> both = search(true, first, best_so_far);
+  if (is_sound(both.front(), target)) return both;
+  const std::vector<Embedding> free = search(false, second, [&](const Embedding& e) {
+    if (best_so_far && e.value < both.front().value) best_so_far(e);
+  });
+  if (both.front().value <= free.front().value) return both;
+  return with_last(character, target, free, both.front(), wanted);
+}
+
 }  // namespace
 
 Embedding embed(const Character& character, const Target& target, const EmbeddingOptions& options, const Progress& progress,
                 const std::optional<Embedding>& start, const std::function<void(const Embedding&)>& best_so_far) {
   check(character, target, options);
   if (start) check_start(character, *start);
-  Search search(character, target, options, is_symmetric(character, target, options, start), progress, best_so_far);
-  return start ? search.careful(*start) : search.wide(1, ExploreOptions{}.least_difference, {}).front();
+  if (start) return Search(character, target, options, is_symmetric(character, target, options, start), progress, best_so_far).careful(*start);
+  ExploreOptions one;
+  one.count = 1;
+  return searched(character, target, options, one, progress, {}, best_so_far).front();
 }
 
 std::vector<Embedding> explore(const Character& character, const Target& target, const EmbeddingOptions& options,
@@ -103,8 +156,7 @@ std::vector<Embedding> explore(const Character& character, const Target& target,
   if (wanted.count < 1 || wanted.count > 100) throw InvalidInput("count of solutions must lie between 1 and 100");
   if (!(wanted.least_difference >= 0) || !(wanted.least_difference <= 1))
     throw InvalidInput("least difference of solutions must lie between 0 and 1");
-  Search search(character, target, options, is_symmetric(character, target, options, {}), progress, best_so_far);
-  return search.wide(wanted.count, wanted.least_difference, found);
+  return searched(character, target, options, wanted, progress, found, best_so_far);
 }
 
 }  // namespace transformables

@@ -57,9 +57,11 @@ struct PaintedRegion {
   std::vector<std::array<Eigen::Vector3d, 3>> triangles;    ///< target frame
 };
 
+struct Embedding;
+
 struct EmbeddingOptions {
   std::uint64_t seed = 0;
-  Symmetry symmetry = Symmetry::kAuto;  ///< kAuto: on when character and target both have a mirror plane
+  Symmetry symmetry = Symmetry::kAuto;  ///< kAuto: on when character and target both have a mirror plane and a symmetric pose is inside and free of collisions
   bool proportions = true;              ///< let the optimiser scale bones
   double least_scale = 0.6;             ///< bounds of each bone's scale factor
   double largest_scale = 1.6;
@@ -69,9 +71,10 @@ struct EmbeddingOptions {
   std::vector<BoneProportion> proportion_of;  ///< these bones have bounds of their own, whatever `proportions` says
   std::vector<PaintedRegion> painted;
   int runs = 2;                         ///< searches that go on to the end; the best is kept
-  int starts = 24;                      ///< short searches that each of those is chosen from, in rounds
+  int starts = 24;                      ///< short searches that each of those is chosen from, in rounds; fewer and longer ones where the bound is ample
   int evaluations = 12000;              ///< bound for each run; a run ends earlier when it has converged
   int threads = 0;                      ///< 0: all cores. The result does not depend on it.
+  std::function<void(const Embedding&)> trying;  ///< called, when set, up to 20 times a second: where the leading search is just now, to be watched
 };
 
 /// E* = (S_O, M*).

@@ -34,12 +34,29 @@ std::array<std::pair<double, double>, 2 * kAround> ring() {
 
 double positive(double x) { return x > 0 ? x : 0; }
 
+/// Squared distance to a bone's axis; `at` becomes the nearest of its segments.
+inline double distance2(const Skeleton& skeleton, int bone, const Eigen::Vector3d& p, int& at) {
+  double least = std::numeric_limits<double>::infinity();
+  const int end = skeleton.first_segment[std::size_t(bone) + 1];
+  for (int s = skeleton.first_segment[std::size_t(bone)]; s < end; ++s) {
+    const Skeleton::PosedSegment& segment = skeleton.segments[std::size_t(s)];
+    const Eigen::Vector3d from = p - segment.a;
+    const double free = from.dot(segment.direction), along = std::clamp(free, 0.0, segment.length);
+    const double square = from.squaredNorm() - along * (2 * free - along);
+    if (square >= least) continue;
+    least = square;
+    at = s;
+  }
+  return positive(least);
+}
+
 }  // namespace
 
 Evaluator::Evaluator(const Character& character, const Target& target, std::shared_ptr<const Voxels> voxels,
                      const ObjectiveWeights& weights)
     : target_(target), voxels_(std::move(voxels)), weights_(weights), skeleton_(character) {
   field_.assign(std::size_t(voxels_->cells), kUnreached);
+  edge_.assign(std::size_t(voxels_->size.x()) + 1, 0);
   protrusions_.assign(character.bones.size(), 0);
   for (const Bone& bone : character.bones) {
     const std::size_t count = std::max<std::size_t>(1, bone.segments.size());
@@ -105,6 +122,7 @@ double Evaluator::protrusion(const Skeleton::PosedSegment& segment, int stations
   const Eigen::Vector3d d = segment.length > 0 ? segment.direction : Eigen::Vector3d::UnitX();
   Eigen::Vector3d u, v;
   across(d, u, v);
+  const double spacing = segment.length / (stations - 1);
   double deepest = 0;
   static const auto kRing = ring();
   const auto add = [&](const Eigen::Vector3d& p) {
@@ -113,8 +131,12 @@ double Evaluator::protrusion(const Skeleton::PosedSegment& segment, int stations
     deepest = std::max(deepest, out);
   };
   for (int k = 0; k < stations; ++k) {
-    const Eigen::Vector3d c = segment.a + segment.length * k / (stations - 1) * d;
-    if (distance_at(target_, c) + radius <= 0) continue;  // a distance changes no faster than one goes: all of it is inside
+    const Eigen::Vector3d c = segment.a + spacing * k * d;
+    const double room = -radius - distance_at(target_, c);
+    if (room >= 0) {  // a distance changes no faster than one goes: all of it is inside, and so are stations no farther than that
+      if (spacing > 0) k += int(std::min(room / spacing, double(stations)));
+      continue;
+    }
     for (int r = 0; r < kAround; ++r) {
       const auto& [cosine, sine] = kRing[std::size_t(2 * r + k % 2)];
       add(c + radius * (cosine * u + sine * v));
@@ -174,29 +196,23 @@ bool Evaluator::plant_segment(const Skeleton::PosedSegment& segment, int bone, d
   return any;
 }
 
-Evaluator::Nearest Evaluator::nearest(int bone, const Eigen::Vector3d& p) const {
-  Nearest best;
-  best.distance2 = std::numeric_limits<double>::infinity();
-  for (int s = skeleton_.first_segment[std::size_t(bone)]; s < skeleton_.first_segment[std::size_t(bone) + 1]; ++s) {
-    const Skeleton::PosedSegment& segment = skeleton_.segments[std::size_t(s)];
-    const Eigen::Vector3d from = p - segment.a;
-    const double free = from.dot(segment.direction), at = std::clamp(free, 0.0, segment.length);
-    const Eigen::Vector3d offset = from - at * segment.direction;
-    const double square = offset.squaredNorm();
-    if (square >= best.distance2) continue;
-    best.distance2 = square;
-    best.offset = offset;
-    best.overshoot = free <= 0 ? Eigen::Vector3d(-segment.direction)
-                               : free >= segment.length ? segment.direction : Eigen::Vector3d::Zero();
-  }
-  return best;
+/// Gradient of the distance to a bone's axis, with that of kBisector times how far p lies past its end.
+Eigen::Vector3d Evaluator::gradient(int bone, const Eigen::Vector3d& p) const {
+  int at = 0;
+  distance2(skeleton_, bone, p, at);
+  const Skeleton::PosedSegment& segment = skeleton_.segments[std::size_t(at)];
+  const Eigen::Vector3d from = p - segment.a;
+  const double free = from.dot(segment.direction);
+  const Eigen::Vector3d offset = from - std::clamp(free, 0.0, segment.length) * segment.direction;
+  const double past = free <= 0 ? -kBisector : free >= segment.length ? kBisector : 0;
+  return offset / std::max(offset.norm(), 1e-12) + past * segment.direction;
 }
 
 int Evaluator::nearest_bone(const Eigen::Vector3d& p) const {
-  int best = 0;
+  int best = 0, at = 0;
   double least = std::numeric_limits<double>::infinity();
   for (int b = 0; b < int(skeleton_.character.bones.size()); ++b) {
-    const double square = nearest(b, p).distance2;
+    const double square = distance2(skeleton_, b, p, at);
     if (square < least) {
       least = square;
       best = b;
@@ -205,45 +221,54 @@ int Evaluator::nearest_bone(const Eigen::Vector3d& p) const {
   return best;
 }
 
-template <class Visit>
-void Evaluator::for_each_sampled(const Visit& visit) const {
+/// The sampled voxels of a row whose face neighbours are not all of their kind, put into `edge_`; their number.
+template <class Kind>
+int Evaluator::edge_of(const Voxels::Row& row, const std::int32_t* kinds, const Kind& kind) {
   const Voxels& vox = *voxels_;
-  for (const Voxels::Row& row : vox.rows) {
-    const std::int32_t start = vox.cell(0, row.y, row.z), first = start + vox.first_sampled(row.y, row.z);
-    for (int r = row.first_run; r < row.end_run; ++r) {
-      const Voxels::Run run = vox.runs[std::size_t(r)];
-      const std::int32_t late = std::max(0, run.begin - first + vox.spacing - 1) / vox.spacing;
-      for (std::int32_t c = first + late * vox.spacing; c < run.end; c += vox.spacing) visit(c, c - start, row.y, row.z);
+  const std::int32_t dy = vox.pitch, dz = vox.slice, first = vox.cell(0, row.y, row.z) + vox.first_sampled(row.y, row.z);
+  int count = 0;
+  for (int r = row.first_run; r < row.end_run; ++r) {
+    const Voxels::Run run = vox.runs[std::size_t(r)];
+    const std::int32_t late = std::max(0, run.begin - first + vox.spacing - 1) / vox.spacing;
+    for (std::int32_t c = first + late * vox.spacing; c < run.end; c += vox.spacing) {
+      const std::int32_t* v = kinds + c;
+      const std::int32_t differs = (*v ^ v[-1]) | (*v ^ v[1]) | (*v ^ v[-dy]) | (*v ^ v[dy]) | (*v ^ v[-dz]) | (*v ^ v[dz]);
+      edge_[std::size_t(count)] = c;  // without a branch: whether it counts is a coin's toss
+      count += kind(*v, differs);
     }
   }
+  return count;
 }
 
 // Eqs. 2 and 3 over the voxels on the boundary of parts: those next to the outside or to another bone's.
 void Evaluator::add_boundaries(const Pose& pose, ObjectiveTerms& terms) {
   const Voxels& vox = *voxels_;
   const auto& bones = skeleton_.character.bones;
-  const std::int32_t neighbours[6] = {-1, 1, -vox.pitch, vox.pitch, -vox.slice, vox.slice};
+  const std::int32_t dy = vox.pitch, dz = vox.slice;
   double compact = 0, skin = 0;
-  for_each_sampled([&](std::int32_t c, int x, int y, int z) {
-    const std::int32_t* v = field_.data() + c;
-    std::int32_t differs = 0;
-    for (const std::int32_t n : neighbours) differs |= *v ^ v[n];
-    const int bone = *v & kNoLabel;
-    if ((differs & kNoLabel) == 0 || bone == kNoLabel) return;
-    const Eigen::Vector3d p = vox.position(x, y, z);
-    const double out = positive(std::sqrt(nearest(bone, p).distance2) - bones[std::size_t(bone)].radius);
-    compact += out * out;
-    const int parent = bones[std::size_t(bone)].parent;
-    if (parent < 0) return;
-    Eigen::Vector3d towards = Eigen::Vector3d::Zero();
-    int count = 0;
-    for (int k = 0; k < 6; ++k)
-      if ((v[neighbours[k]] & kNoLabel) == parent) {
-        towards[k / 2] += k % 2 == 0 ? -0.5 : 0.5;
-        ++count;
-      }
-    if (count > 0) skin += joint_sample(pose, p + vox.step / count * towards, bone);
-  });
+  for (const Voxels::Row& row : vox.rows) {
+    const std::int32_t start = vox.cell(0, row.y, row.z);
+    const int count = edge_of(row, field_.data(), [](std::int32_t v, std::int32_t differs) {
+      return int((differs & kNoLabel) != 0) & int((v & kNoLabel) != kNoLabel);
+    });
+    for (int k = 0; k < count; ++k) {
+      const std::int32_t c = edge_[std::size_t(k)];
+      const std::int32_t* v = field_.data() + c;
+      const int bone = *v & kNoLabel;
+      const Eigen::Vector3d p = vox.position(c - start, row.y, row.z);
+      int at = 0;
+      const double out = positive(std::sqrt(distance2(skeleton_, bone, p, at)) - bones[std::size_t(bone)].radius);
+      compact += out * out;
+      const int parent = bones[std::size_t(bone)].parent;
+      if (parent < 0) continue;
+      const auto is_parent = [&](std::int32_t n) { return int((v[n] & kNoLabel) == parent); };
+      const int left = is_parent(-1), right = is_parent(1), before = is_parent(-dy), behind = is_parent(dy), below = is_parent(-dz), above = is_parent(dz);
+      const int faces = left + right + before + behind + below + above;
+      if (faces == 0) continue;
+      const Eigen::Vector3d towards(right - left, behind - before, above - below);
+      skin += joint_sample(pose, p + 0.5 * vox.step / faces * towards, bone);
+    }
+  }
   terms.compact = vox.samples_weight * compact;
   terms.skin = vox.samples_weight * skin;
 }
@@ -252,9 +277,7 @@ void Evaluator::add_boundaries(const Pose& pose, ObjectiveTerms& terms) {
 // D_child - D_parent.
 double Evaluator::joint_sample(const Pose& pose, const Eigen::Vector3d& p, int child) const {
   const Bone& bone = skeleton_.character.bones[std::size_t(child)];
-  const Nearest c = nearest(child, p), q = nearest(bone.parent, p);
-  Eigen::Vector3d normal = c.offset / std::sqrt(std::max(c.distance2, 1e-24)) - q.offset / std::sqrt(std::max(q.distance2, 1e-24)) +
-                           kBisector * (c.overshoot - q.overshoot);
+  Eigen::Vector3d normal = gradient(child, p) - gradient(bone.parent, p);
   const double length = normal.norm();
   if (length < 1e-9) return 0;
   normal /= length;
@@ -269,17 +292,19 @@ double Evaluator::joint_sample(const Pose& pose, const Eigen::Vector3d& p, int c
 }
 
 // A skeleton that misses the target altogether: its outer voxels belong to the nearest bone as the crow flies.
-double Evaluator::compact_without_seeds() const {
+double Evaluator::compact_without_seeds() {
   const Voxels& vox = *voxels_;
-  const std::int32_t neighbours[6] = {-1, 1, -vox.pitch, vox.pitch, -vox.slice, vox.slice};
   double sum = 0;
-  for_each_sampled([&](std::int32_t c, int x, int y, int z) {
-    if (std::none_of(neighbours, neighbours + 6, [&](std::int32_t n) { return vox.wall[std::size_t(c + n)] != 0; })) return;
-    const Eigen::Vector3d p = vox.position(x, y, z);
-    const int bone = nearest_bone(p);
-    const double out = positive(std::sqrt(nearest(bone, p).distance2) - skeleton_.character.bones[std::size_t(bone)].radius);
-    sum += out * out;
-  });
+  for (const Voxels::Row& row : vox.rows) {
+    const int count = edge_of(row, vox.wall.data(), [](std::int32_t, std::int32_t differs) { return int(differs != 0); });
+    for (int k = 0; k < count; ++k) {
+      const Eigen::Vector3d p = vox.position(edge_[std::size_t(k)] - vox.cell(0, row.y, row.z), row.y, row.z);
+      const int bone = nearest_bone(p);
+      int at = 0;
+      const double out = positive(std::sqrt(distance2(skeleton_, bone, p, at)) - skeleton_.character.bones[std::size_t(bone)].radius);
+      sum += out * out;
+    }
+  }
   return vox.samples_weight * sum;
 }
 

@@ -41,22 +41,17 @@ class Evaluator {
   const std::vector<std::int32_t>& field() const { return field_; }
 
  private:
-  struct Nearest {
-    double distance2 = 0;
-    Eigen::Vector3d offset = Eigen::Vector3d::Zero();     ///< from the nearest point of the axis to p
-    Eigen::Vector3d overshoot = Eigen::Vector3d::Zero();  ///< unit, out of the bone past its end; zero when not past it
-  };
   void add_limits(const Pose& pose, ObjectiveTerms& terms) const;
   void add_protrusion(Evaluation& evaluation);
   double protrusion(const Skeleton::PosedSegment& segment, int stations, double radius, double& sum_of_squares) const;
   bool plant_seeds();
   bool plant_segment(const Skeleton::PosedSegment& segment, int bone, double radius);
   void add_boundaries(const Pose& pose, ObjectiveTerms& terms);
-  double compact_without_seeds() const;
-  template <class Visit>
-  void for_each_sampled(const Visit& visit) const;
+  double compact_without_seeds();
+  template <class Kind>
+  int edge_of(const Voxels::Row& row, const std::int32_t* kinds, const Kind& kind);
   double joint_sample(const Pose& pose, const Eigen::Vector3d& p, int child) const;
-  Nearest nearest(int bone, const Eigen::Vector3d& p) const;
+  Eigen::Vector3d gradient(int bone, const Eigen::Vector3d& p) const;
   int nearest_bone(const Eigen::Vector3d& p) const;
 
   const Target& target_;
@@ -64,6 +59,7 @@ class Evaluator {
   ObjectiveWeights weights_;
   Skeleton skeleton_;
   std::vector<std::int32_t> field_;
+  std::vector<std::int32_t> edge_;                         ///< cells of one row
   std::vector<int> stations_;                              ///< of each segment: places along it that carry protrusion samples
   std::vector<double> protrusions_;
   std::size_t sample_count_ = 0;                           ///< M of Eq. 5

@@ -14,12 +14,16 @@ constexpr double kFeasibility = 1e4;
 constexpr double kPinned = 1e5;          // so that a bone is rather out of the target than off its pin
 constexpr double kPainted = 3e3;         // soft: a voxel that a painted region is missed by costs less than a voxel of a collision
 constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian counts as much as this move
-// Populations are twice as large as is usual for one minimum: with many minima about, that ends in better ones.
-constexpr int kWidePopulation = 1;
+// With many minima about, a larger population ends in better ones, but converges later: it is as large as the bound for a run
+// allows, up to twice the usual. The usual one has about converged after so many evaluations an unknown.
+constexpr double kEvaluationsAnUnknown = 250, kLargestPopulation = 2;
 constexpr double kWideSigma = 0.35, kCarefulSigma = 0.08, kRestartSigma = 0.15;
+constexpr std::chrono::milliseconds kShown{50};
+constexpr std::ptrdiff_t kTogether = 8;  // runs: few, so that there is soon something to show
 constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
 
-// Successive halving: of the starts a third goes on after the short run, an eighth after the middle one.
+// Successive halving: of the starts a third goes on after the short run, an eighth after the middle one. A larger population has
+// longer runs, and fewer of them.
 constexpr std::size_t kPromising = 3, kGood = 8;
 constexpr int kPosesTried = 16;          // random poses for each start, before any search
 constexpr long kShortRun = 300, kMiddleRun = 900, kLongRun = 2500;
@@ -136,8 +140,13 @@ std::vector<Search::Job> Search::screened(std::size_t count) {
   return best;
 }
 
+/// Times the usual population.
+double Search::breadth() const {
+  return std::clamp(double(options_.evaluations) / (kEvaluationsAnUnknown * unknowns_.count()), 1.0, kLargestPopulation);
+}
+
 std::vector<Search::Run> Search::started(std::size_t count) {
-  const int population = kWidePopulation * CmaEs::default_population(unknowns_.count());
+  const int population = int(breadth() * CmaEs::default_population(unknowns_.count()));
   std::vector<Run> runs;
   for (Job& job : screened(count)) {
     const std::uint64_t stream = runs.size() + 1;
@@ -181,6 +190,15 @@ void Search::advance_once(std::vector<Run*>& active) {
   }
 }
 
+/// Where the leading one of these runs is: a pose that is better than all before comes too seldom to be watched.
+void Search::show(const std::vector<Run*>& active) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!options_.trying || now - shown_ < kShown) return;
+  shown_ = now;
+  const Run& leader = **std::min_element(active.begin(), active.end(), [](const Run* a, const Run* b) { return a->best_value < b->best_value; });
+  options_.trying(embedding_of(leader.cma.mean(), leader.start));
+}
+
 /// All runs together, generation by generation, until each has converged or used `bound` evaluations.
 void Search::advance(std::vector<Run>& runs, long bound) {
   for (;;) {
@@ -194,7 +212,13 @@ void Search::advance(std::vector<Run>& runs, long bound) {
       active.push_back(&run);
     }
     if (active.empty()) return;
-    advance_once(active);
+    for (auto begin = active.begin(); begin != active.end();) {
+      const auto end = begin + std::min<std::ptrdiff_t>(kTogether, active.end() - begin);
+      std::vector<Run*> some(begin, end);
+      advance_once(some);
+      show(some);
+      begin = end;
+    }
   }
 }
 
@@ -245,10 +269,11 @@ void Search::finish(std::vector<Run>& finalists, std::vector<Run>& ended, const 
 std::vector<Embedding> Search::wide(int count, double least_difference, const Hear& found) {
   least_difference_ = least_difference;
   const long bound = options_.evaluations;
+  const auto within = [&](long length) { return std::min(long(breadth() * double(length)), bound); };
   const auto together = std::size_t(options_.runs), finalists = std::max(together, std::size_t(count) * 3 / 2);
-  const auto starts = finalists * std::size_t(options_.starts);
+  const auto starts = finalists * std::size_t(std::ceil(options_.starts / breadth()));
   const auto promising = std::max(finalists, starts / kPromising), good = std::max(finalists, starts / kGood);
-  const long brief = std::min(kShortRun, bound), middle = std::min(kMiddleRun, bound), late = std::min(kLongRun, bound);
+  const long brief = within(kShortRun), middle = within(kMiddleRun), late = within(kLongRun);
   planned_ = long(starts) * (kPosesTried + brief) + long(promising) * (middle - brief) + long(good) * (late - middle) +
              long(finalists) * (bound - late);
   rough_ = true;

@@ -4,6 +4,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/task_arena.h>
 
+#include <chrono>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -55,12 +56,14 @@ class Search {
     Partition partition = {};  ///< of its best, when it was last asked for
   };
 
+  double breadth() const;
   std::vector<Run> started(std::size_t count);
   std::vector<Job> screened(std::size_t count);
   void go_on_finely(std::vector<Run>& runs);
   void advance(std::vector<Run>& runs, long bound);
   void advance_once(std::vector<Run*>& active);
   void restart(Run& run);
+  void show(const std::vector<Run*>& active);
   void evaluate(std::vector<Job>& jobs);
   double value_of(Worker& worker, const Job& job) const;
   double pin_error(const Skeleton& skeleton) const;
@@ -89,6 +92,7 @@ class Search {
   tbb::task_arena arena_;
   bool rough_ = false;                 ///< whether evaluations are on the coarse grid
   long evaluations_ = 0, planned_ = 1;
+  std::chrono::steady_clock::time_point shown_{};
   double best_value_ = std::numeric_limits<double>::infinity();
 };
 

@@ -68,6 +68,20 @@ def test_a_cancelled_job_ends_soon_whether_the_worker_answers_or_not(behaviour):
     assert gone(told["pid"])
 
 
+@pytest.mark.parametrize("behaviour", [stand_in.ANSWERS_SLOWLY, stand_in.DEAF])
+def test_a_search_that_is_stopped_before_it_has_a_pose_is_cancelled(behaviour):
+    job, asked = job_of(*two_bones(behaviour, until="embedding")), []
+
+    def stop_when_busy(event):
+        if event.get("stage") == "embedding" and not asked:
+            asked.append(time.monotonic())
+            job.stop()
+
+    events, slowest = played(job, on_event=stop_when_busy)
+    assert events[-1]["type"] == "Cancelled"
+    assert time.monotonic() - asked[0] < 1.5 and slowest < SHORT_POLL
+
+
 def test_a_job_can_be_cancelled_before_its_worker_listens():
     job = job_of(*two_bones(stand_in.DEAF))
     job.start()

@@ -28,6 +28,20 @@ class Ears:
     def warning(self, text):
         self.warnings.append(text)
 
+    def enough(self):
+        return False
+
+
+class SeenEnough(Ears):
+    """Ends the job as soon as it has heard of a pose, and wants that."""
+
+    def progress(self, stage, fraction, note=""):
+        super().progress(stage, fraction, note)
+        return not self.poses
+
+    def enough(self):
+        return bool(self.poses)
+
 
 @pytest.fixture
 def native(monkeypatch):
@@ -51,6 +65,17 @@ def test_rooms_follow_each_other_and_every_stage_is_timed(native):
     for stage in pipeline.STAGES:
         fractions = [f for s, f in ears.heard if s == stage]
         assert fractions == sorted(fractions) and fractions[0] == 0 and fractions[-1] == 1
+
+
+@pytest.mark.parametrize("more", [{}, {"explore": {"count": 3, "least_difference": 0.1}}])
+def test_a_search_that_is_stopped_gives_its_best_so_far_unless_more_than_a_pose_was_asked_for(native, more):
+    ears = SeenEnough()
+    result, _ = pipeline.run(*two_bones(until="embedding", **more), ears)
+    assert result["stopped"] and result["embedding"]["angles"] == ears.poses[0]["angles"]
+    assert len(result["solutions"]) == (1 if more else 0)
+    assert "grow" not in native.calls
+    with pytest.raises(native.Cancelled):
+        pipeline.run(*two_bones(**more), SeenEnough())
 
 
 @pytest.mark.parametrize("until, calls", [

@@ -148,6 +148,27 @@ def test_cancel_works_at_every_stage_within_a_second(scene, stage):
     assert time.monotonic() - cancelled[0] < 1.0
 
 
+@pytest.mark.parametrize("explore", [None, {"count": 40, "least_difference": 0.01}])
+def test_a_search_streams_its_poses_and_a_stopped_one_keeps_the_best(scene, explore):
+    told, asked = [], []
+
+    def stop_after_a_while(running, event):
+        if event["kind"] == "pose":
+            told.append((time.monotonic(), event["terms"]["total"]))
+        if len(told) >= 2 and not asked:
+            asked.append(time.monotonic())
+            running.stop()
+
+    event = finished(scene, DesignOptions(resolution=48), on_event=stop_after_a_while, until="embedding", **({"explore": explore} if explore else {}))
+    took, streamed = time.monotonic() - asked[0], told[1][0] - told[0][0]
+    print(f"two poses came {streamed:.2f} s apart, the end {1000 * took:.0f} ms after it was asked for")
+    assert event["kind"] == "result" and event["result"]["stopped"]
+    pose = event["result"]["embedding"]
+    assert np.isfinite(pose["angles"]).all() and pose["terms"]["total"] <= told[0][1]
+    assert bool(event["result"]["solutions"]) == bool(explore)
+    assert took < 1.0
+
+
 def test_a_killed_worker_is_an_error_in_words_and_the_scene_is_as_before(scene):
     before = {o.name for o in bpy.data.objects}
     event = finished(scene, on_event=lambda running, e: e.get("stage") == "embedding" and os.kill(running.pid, signal.SIGKILL))

@@ -41,7 +41,7 @@ def hand_made(character_obj, target_obj, options):
     moves = [[(0, angles[0], 0.0), (1, angles[1], 0.0)]] + [[(i, angles[i], 0.0)] for i in range(2, count)]
     moves.append([])  # a move of nothing must do no harm
     result = {
-        "until": "finishing", "options": options.as_dict(), "native_version": "none", "seconds": {"total": 1.0}, "warnings": [],
+        "until": "finishing", "stopped": False, "options": options.as_dict(), "native_version": "none", "seconds": {"total": 1.0}, "warnings": [],
         "peak_memory_mb": 1.0, "names": message["names"],
         "character": {"names": names, "parents": parents, "bodies": [names[m[0]] for m in members], "members": members,
                       "body_parents": [bodies[parents[m[0]]] if parents[m[0]] >= 0 else -1 for m in members],

@@ -7,7 +7,7 @@ Events that `poll` gives, in order:
     {"kind": "warning", "text"}
     {"kind": "result", "result": dict, "arrays": {name: (typecode, bytes)}}        the last one
     {"kind": "error", "type", "text", "details" (sometimes)}                      or this is the last one
-After `cancel` the last event is always an error of type Cancelled.
+After `cancel` the last event is always an error of type Cancelled; after `stop` it is that or the result with the best so far.
 An error's type is Cancelled, InvalidInput, Infeasible, OutOfMemory, WorkerDied, NoWorker, or a fault's class name.
 """
 from collections import deque
@@ -73,7 +73,7 @@ class Job:
         self._process = None
         self._state = "new"  # new, greeting, working, done
         self._to_write = deque()
-        self._cancel_at = None
+        self._cancel_at = self._stop_at = None
         self._stderr = ""
         self._events = []
 
@@ -121,6 +121,15 @@ class Job:
             return
         self._to_write.extend(memoryview(p) for p in messages.encode({"kind": "cancel"}))
         self._write()
+
+    def stop(self):
+        """Asks a search for a pose to end with the best that it has; what has nothing yet, or doesn't answer in time, is cancelled."""
+        if self._state != "working" or self._to_write:
+            self.cancel()
+        elif self._stop_at is None:
+            self._stop_at = time.monotonic()
+            self._to_write.extend(memoryview(p) for p in messages.encode({"kind": "stop"}))
+            self._write()
 
     def close(self):
         """Ends the worker now, whatever it does. Safe to call at any time, and more than once."""
@@ -194,7 +203,8 @@ class Job:
         if not self.running:
             return
         now = time.monotonic()
-        if self._cancel_at is not None and now - self._cancel_at > CANCEL_GRACE_SECONDS:
+        asked_at = self._cancel_at if self._cancel_at is not None else self._stop_at
+        if asked_at is not None and now - asked_at > CANCEL_GRACE_SECONDS:
             self._end(_error("Cancelled", f"cancelled; {UNCHANGED}"))
         elif self._process.poll() is not None:
             self._read()  # its last words

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The rooms in their order, on arrays: what a worker does with a job. Knows the native module, not Blender.
 
+A search for a pose that is stopped from outside (`tell.enough()`) gives the best so far, when the job ends with that stage.
 A job is a dict: `options` (DesignOptions.as_dict()), `character` {names, parents, hinges}, `until` (one of UNTIL),
 `stored` {embedding, path, start, rival}, as an earlier result gave them: an embedding or a path that is there is not searched again,
 `start` is a pose to search from; `rival` a pose that is kept unless the search finds a better one; `steering` (core/steering.py) what the search leaves alone; `explore` {count, least_difference}: search
@@ -52,7 +53,8 @@ class Cancelled(Exception):
 
 
 def run(job, arrays, tell):
-    """Does a job. `tell` has progress(stage, fraction, note) -> go on?, pose(fields), warning(text).
+    """Does a job. `tell` has progress(stage, fraction, note) -> go on?, pose(fields), warning(text), and enough() -> is the best
+    so far wanted?, which is asked when progress has said to end.
 
     Gives (result, arrays). Raises UserError, Cancelled, or what the native module raises.
     """
@@ -73,6 +75,7 @@ class _Run:
         self.seconds, self.warnings, self.cut_short = {}, [], False
         self.joined = self.path = self.parts = self.segmentation = self.certificate = self.rehearsed = None
         self.part_arrays, self.solutions, self.seams, self.surface_arrays = {}, [], [], {}
+        self.best, self.found, self.stopped = None, [], False  # of the search, should it be ended before its end
 
     def run(self):
         began = time.perf_counter()
@@ -94,7 +97,7 @@ class _Run:
         self._go_on(name, 1.0, "")
 
     def _go_on(self, stage, fraction, note):
-        if not self.tell.progress(stage, fraction, note):
+        if not self.tell.progress(stage, fraction, note) and not self.stopped:
             raise Cancelled()
 
     def _progress(self, stage, start=0.0, end=1.0):
@@ -131,20 +134,34 @@ class _Run:
             self.embedding = self._stored_embedding(self.stored["embedding"])
             return
         search = {"seed": self.options.seed, "symmetry": self.options.symmetry, "proportions": self.options.proportions,
-                  "threads": self.options.threads, "progress": self._progress("embedding"), "best": self._tell_pose,
+                  "threads": self.options.threads, "progress": self._progress("embedding"), "best": self._tell_best, "trying": self._tell_pose,
                   "edits": self.edits, **self._steering()}
-        explore = self.job.get("explore")
+        try:
+            self._search(search)
+        except self.tn.Cancelled:
+            if self.until != "embedding" or self.best is None or not self.tell.enough():
+                raise
+            self._keep_best()
+
+    def _search(self, search):
+        explore, start = self.job.get("explore"), self.stored.get("start")
         if explore:
-            found = self.tn.explore(character, self.target, count=int(explore["count"]),
+            found = self.tn.explore(self.character, self.target, count=int(explore["count"]), found=self.found.append,
                                     least_difference=float(explore["least_difference"]), **search)
             self.solutions = [self._solution(embedding) for embedding in found]
             self.embedding = found[0]
-            return
-        start = self.stored.get("start")
-        if start:
-            self.embedding = self.tn.embed(character, self.target, start=self._stored_embedding(start), **search)
+        elif start:
+            self.embedding = self.tn.embed(self.character, self.target, start=self._stored_embedding(start), **search)
         else:
             self._search_and_rehearse(search)
+
+    def _keep_best(self):
+        """The search was ended from outside: what it has is the result."""
+        self.stopped = True
+        found = sorted(self.found, key=lambda embedding: embedding.value) or [self.best]
+        self.embedding = found[0]
+        if self.job.get("explore"):
+            self.solutions = [self._solution(embedding) for embedding in found]
 
     def _search_and_rehearse(self, search):
         """Some poses that differ; the one that seems to lose least to carving is taken, or the next when it loses much after all: carving is
@@ -155,6 +172,7 @@ class _Run:
         rival = self._stored_embedding(self.stored["rival"]) if self.stored.get("rival") else None
         tried = TRIED if self.options.resolution < FINE or self.apart else 1
         found = self.tn.explore(self.character, self.target, count=tried, least_difference=DIFFERENT, evaluations=EVALUATIONS, **search)
+        self._tell_pose(found[0])
         sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
         closest = min(embedding.missed for embedding in sound) + LONGEST_SIDE / self.options.resolution
         sound = [embedding for embedding in sound if embedding.missed <= closest]
@@ -371,6 +389,10 @@ class _Run:
         ends = self.skeleton.bone_ends(frames, embedding.morphology, lengths)
         return [p for _, a, b in ends for p in (a, b)]
 
+    def _tell_best(self, embedding):
+        self.best = embedding
+        self._tell_pose(embedding)
+
     def _tell_pose(self, embedding):
         self.tell.pose({"root": list(embedding.root), "angles": list(embedding.angles), "morphology": list(embedding.morphology),
                         "terms": dict(embedding.terms), "points": self._points(embedding)})
@@ -381,7 +403,7 @@ class _Run:
     def _result(self):
         character, target = self.character, self.target
         return {
-            "until": self.until, "options": self.options.as_dict(), "native_version": self.tn.version,
+            "until": self.until, "stopped": self.stopped, "options": self.options.as_dict(), "native_version": self.tn.version,
             "seconds": self.seconds, "warnings": self.warnings, "peak_memory_mb": _peak_memory_mb(),
             "character": {
                 "names": list(self.armature["names"]), "parents": list(self.armature["parents"]),

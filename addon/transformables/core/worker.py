@@ -4,7 +4,7 @@
     python -I -B worker.py -- MODULE_DIR      or: blender -b --factory-startup --python worker.py -- MODULE_DIR
 
 Standard output carries frames only: what libraries print goes to standard error. The process ends with its job, on
-a cancel frame, and when the other side goes away.
+a cancel frame, on a stop frame (a search for a pose then gives its best so far), and when the other side goes away.
 """
 import os
 import signal
@@ -55,14 +55,15 @@ class Channel:
             self._read()
         return self._frames.pop(0)
 
-    def cancelled(self):
-        """Whether a cancel frame has come, or the other side is gone. Does not wait."""
+    def asked_to_end(self):
+        """"cancel" when that frame has come or the other side is gone, "stop" when that frame has, else "". Does not wait."""
         try:
             while not self._frames and _readable(self._read_fd):
                 self._read()
         except EOFError:
-            return True
-        return bool(self._frames) and self._frames[0][0].get("kind") == "cancel"
+            return "cancel"
+        kind = self._frames[0][0].get("kind") if self._frames else ""
+        return kind if kind in ("cancel", "stop") else ""
 
     def _read(self):
         data = os.read(self._read_fd, READ_BYTES)
@@ -93,15 +94,19 @@ class Teller:
     def __init__(self, channel):
         self._channel = channel
         self._last = {"progress": 0.0, "pose": 0.0, "listen": 0.0}
-        self._stopped = False
+        self._end = ""
 
     def progress(self, stage, fraction, note=""):
         if self._due("listen", LISTEN_SECONDS):
-            self._stopped = self._stopped or self._channel.cancelled()
+            self._end = self._end or self._channel.asked_to_end()
         # A stage's first and last word are never left out: whoever listens can count on a line a stage.
         if self._due("progress", PROGRESS_SECONDS) or fraction in (0.0, 1.0):
             self._channel.send({"kind": "progress", "stage": stage, "fraction": float(fraction), "note": str(note)})
-        return not self._stopped
+        return not self._end
+
+    def enough(self):
+        """Whether what was found so far is wanted, when `progress` has said to end."""
+        return self._end == "stop"
 
     def pose(self, fields):
         if self._due("pose", POSE_SECONDS):

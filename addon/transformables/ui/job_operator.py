@@ -89,7 +89,7 @@ class JobOperator:
         if session.current() is not self._running:
             return {"CANCELLED"}  # ended from outside: a file was loaded, or the add-on is being disabled
         if event.type == "ESC" and event.value == "PRESS":
-            self._running.cancel_wanted = True
+            session.ask_to_end(self._running)
         elif event.type != "TIMER":
             return {"PASS_THROUGH"}
         return self._step(context) or {"PASS_THROUGH"}
@@ -149,6 +149,9 @@ class JobOperator:
         objects_of(running)
         for event in running.job.poll():
             kind = event["kind"]
+            if kind == "error" and event["type"] == "Cancelled":
+                running.cancel_wanted = True
+                return None  # the next step ends it
             if kind == "error":
                 raise UserError(event["text"])
             if kind == "result":
@@ -195,12 +198,12 @@ def _show_progress(running):
     running.drawn = now
     bpy.context.window_manager.progress_update(100 * running.fraction)
     for window in bpy.context.window_manager.windows:
-        window.workspace.status_text_set(f"{session.line()}   {100 * running.fraction:.0f}%   (Esc: cancel)")
+        window.workspace.status_text_set(f"{session.line()}   {100 * running.fraction:.0f}%   ({'Esc: keep the best' if running.until == 'embedding' else 'Esc: cancel'})")
     session.redraw()
 
 
 class TRANSFORMABLES_OT_cancel(bpy.types.Operator):
-    """Stop the design that is running. The scene stays as it is"""
+    """Stop the design that is running. The scene stays as it is; a search for a folded pose keeps the best so far"""
 
     bl_idname = "transformables.cancel"
     bl_label = "Cancel"
@@ -213,7 +216,7 @@ class TRANSFORMABLES_OT_cancel(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        session.current().cancel_wanted = True
+        session.ask_to_end(session.current())
         return {"FINISHED"}
 
 

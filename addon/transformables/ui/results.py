@@ -106,6 +106,8 @@ def collisions_left(result):
 
 def _summary(result):
     seconds = f"{result['seconds']['total']:.0f} s"
+    if result["stopped"]:
+        return f"Stopped after {seconds}: the best pose so far is kept; score {result['embedding']['terms']['total']:.4g}"
     if result["solutions"]:
         return f"{len(result['solutions'])} different poses found in {seconds}; the best has a score of {result['solutions'][0]['value']:.4g}"
     if result["until"] == "embedding":

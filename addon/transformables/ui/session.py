@@ -29,6 +29,7 @@ class Running:
     fraction: float = 0.0
     note: str = ""
     cancel_wanted: bool = False
+    stop_wanted: bool = False   # the best so far is wanted
     fingerprints: dict = field(default_factory=dict)  # of the inputs, by stage, when the job began
     from_guide: bool = False    # whether it goes on from the pose rig, which has then done its work
     warnings: list = field(default_factory=list)
@@ -72,6 +73,15 @@ def end():
     finally:
         running.job.close()
         _clear_screen(running)
+
+
+def ask_to_end(running):
+    """Esc, or its button: a search for a pose ends with the best so far; all else, and at the second time, without a trace."""
+    if running.until == "embedding" and running.stage == "embedding" and not running.stop_wanted:
+        running.stop_wanted = True
+        running.job.stop()
+    else:
+        running.cancel_wanted = True
 
 
 def forget():

@@ -69,7 +69,7 @@ class Embedding:
 
 
 def embed(character, target, *, seed=0, symmetry="auto", proportions=True, threads=0, weights=None, locked=(), pinned=(), proportion_of=(),
-          edits=(), start=None, progress=None, best=None):
+          edits=(), start=None, progress=None, best=None, trying=None):
     calls.append("embed")
     searches.append({"weights": weights, "locked": locked, "pinned": pinned, "proportion_of": proportion_of, "start": start, "edits": edits})
     _behave(seed, progress)

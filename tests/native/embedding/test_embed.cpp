@@ -59,6 +59,19 @@ TEST(Embed, IsSymmetricWhenBothAreAndNotWhenToldSo) {
   EXPECT_FALSE(embed(character, target, options, {}).symmetric);
 }
 
+TEST(Embed, GivesSymmetryUpWhereOnlyAnAsymmetricPoseFitsUnlessToldToKeepIt) {
+  // The shoulders are 0.12 apart, at least 0.07 when scaled; the slab's two sides that mirror each other only 0.06.
+  const Target target = box_target({0.03, 0.25, 0.12}, 32);
+  EmbeddingOptions options = quick();
+  const Embedding free = embed(armed(), target, options, {});
+  EXPECT_FALSE(free.symmetric);
+  EXPECT_LT(free.deepest_protrusion, target.distance.shape.step);
+  options.symmetry = Symmetry::kOn;
+  const Embedding both = embed(armed(), target, options, {});
+  EXPECT_TRUE(both.symmetric);
+  EXPECT_GT(both.deepest_protrusion, target.distance.shape.step);
+}
+
 TEST(Embed, KeepsProportionsWhenToldSo) {
   const Target target = box_target({0.25, 0.2, 0.15}, 24);
   EmbeddingOptions options = quick();
@@ -87,6 +100,23 @@ TEST(Embed, FromAGivenPoseItEndsNoWorseAndTellsEachBetterOneInTheCallersThread) 
   EXPECT_LE(end.terms.total, before);
   EXPECT_GT(told, 1);
   EXPECT_LE(end.evaluations, 400);
+}
+
+TEST(Embed, ShowsWhereItIsWithoutBeingChangedByIt) {
+  const Target target = box_target({0.25, 0.2, 0.15}, 24);
+  const Character character = armed();
+  EmbeddingOptions options = quick();
+  const Embedding unseen = embed(character, target, options, {});
+  int shown = 0;
+  options.trying = [&](const Embedding& e) {
+    ++shown;
+    EXPECT_EQ(e.pose.angles.size(), character.angle_count);
+    EXPECT_EQ(e.morphology.size(), Eigen::Index(character.bones.size()));
+  };
+  const Embedding seen = embed(character, target, options, {});
+  EXPECT_GT(shown, 0);
+  EXPECT_EQ(seen.pose.angles, unseen.pose.angles);
+  EXPECT_EQ(seen.terms.total, unseen.terms.total);
 }
 
 TEST(Embed, StopsWhenAsked) {

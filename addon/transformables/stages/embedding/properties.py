@@ -85,7 +85,7 @@ class TransformablesEmbeddingSettings(bpy.types.PropertyGroup):
     symmetry: EnumProperty(
         name="Symmetry", default="auto",
         description="Whether the left and right side of the character fold in the same way",
-        items=(("auto", "Automatic", "Fold both sides alike when the character and the target are both symmetric"),
+        items=(("auto", "Automatic", "Fold both sides alike when the character and the target are both symmetric and such a pose fits"),
                ("on", "On", "Always fold both sides alike; the character and the target must be symmetric"),
                ("off", "Off", "Let each side fold in its own way")))
     proportions: BoolProperty(
