@@ -63,6 +63,7 @@ def _parser():
     add("--style", choices=("solid", "shell"), default="solid", help="volumetric parts or shells (default: %(default)s)")
     add("--wall", type=float, default=1.2, metavar="MM", help="thickness of shells (default: %(default)g)")
     add("--frames", type=int, default=0, metavar="N", help="length of the fold (default: by the angles turned)")
+    add("--hinges", choices=("on", "off"), default="on", help="put a pin, a clevis and a tongue into joints of one axis (default: %(default)s)")
     add("--together", choices=("on", "off"), default="on", help="let joints turn at the same time where that is proved to be safe (default: %(default)s)")
     add("--loop", choices=("on", "off"), default="off", help="fold back again in a second half of the timeline, so that it repeats without a jump (default: %(default)s)")
     add("--fold-seconds", type=float, default=20.0, metavar="S", help="target time of the search for the fold's order (default: %(default)g)")
@@ -115,7 +116,7 @@ class _Design:
             resolution=arguments.resolution, seed=arguments.seed, symmetry=arguments.symmetry, simplify=arguments.simplify,
             fit=arguments.fit, proportions=arguments.proportions == "on", size_mm=arguments.size,
             clearance_mm=arguments.clearance, style=arguments.style, wall_mm=arguments.wall, frames=arguments.frames,
-            together=arguments.together == "on", loop=arguments.loop == "on", fold_seconds=arguments.fold_seconds,
+            hinges=arguments.hinges == "on", together=arguments.together == "on", loop=arguments.loop == "on", fold_seconds=arguments.fold_seconds,
             threads=arguments.threads)
 
     def run(self):

@@ -10,7 +10,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kAround = 40;              ///< sides of whatever is round: of a pin of 3 mm a side is 5 thousandths flat
 constexpr double kArcStep = kPi / 18;
 
-// Shares of the housing's radius. At 3.5 mm: a pin of 2.9 mm, a tongue of 2.5 mm, ears of 1.8 mm (docs/printing.md).
+// Shares of the housing's radius. At 3.5 mm: a pin of 2.9 mm, a tongue of 2.5 mm, ears of 1.8 mm at the least.
 constexpr double kPin = 0.42;
 constexpr double kHalfTongue = 0.36;
 constexpr double kWeakEar = 0.2;

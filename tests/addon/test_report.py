@@ -43,6 +43,13 @@ def test_a_collision_is_told_with_its_pair_its_frame_and_cubic_millimetres(resul
     assert "'root' and 'arm' meet at frame 1" in report.collision_line(collision)
 
 
+@pytest.mark.parametrize("hinges, names", [(True, ["arm"]), (False, [])])
+def test_the_joints_that_have_a_pin_are_named(hinges, names):
+    message, arrays = two_bones()
+    message["options"]["hinges"] = hinges
+    assert built(played(job_of(message, arrays))[0][-1]["result"])["pinned_joints"] == names
+
+
 def test_a_preview_is_never_called_certified(result):
     assert built(result, preview=True)["certified"] is False
 

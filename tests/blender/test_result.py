@@ -51,7 +51,7 @@ def hand_made(character_obj, target_obj, options):
                       "morphology": [0.8 + 0.05 * i for i in range(len(members))], "terms": {"total": 1.0}, "symmetric": False},
         "path": {"moves": moves, "collisions": [], "overlap_volume": 0.0},
         "finishing": {"parts": [{"bone": i, "volume": 1e-5} for i in range(len(members))], "preview": False, "collisions": [],
-                      "minimum_clearance": 0.001, "carved_volume_pct": 0.0, "filled_volume_pct": 99.0,
+                      "minimum_clearance": 0.001, "carved_volume_pct": 0.0, "filled_volume_pct": 99.0, "pinned": [],
                       "certificate": {"holds": True, "gap": 0.001, "open": []}}}
     out = {name: arrays[name] for name in ("heads", "tails", "axes", "rotation")}
     for i in range(len(members)):

@@ -26,6 +26,7 @@ class DesignOptions:
     clearance_mm: float = 0.3   # gap between neighbouring parts
     style: str = "solid"        # one of STYLES
     wall_mm: float = 1.2        # of shells
+    hinges: bool = True         # a pin, a clevis and a tongue at joints of one axis, where there is room; else balls in sockets
     frames: int = 0             # length of the fold's action; 0: by the angles turned
     together: bool = True       # joints whose moves follow each other turn at the same time where that is proved to be safe
     loop: bool = False          # the action goes back from object mode to character mode, so that it repeats without a jump
@@ -48,7 +49,7 @@ class DesignOptions:
         _whole("frames", self.frames, 0, 100000)
         if self.frames == 1:
             raise UserError("frames is 1: a fold needs at least 2 frames (0: chosen by the angles turned)")
-        for name in ("together", "loop"):
+        for name in ("hinges", "together", "loop"):
             if not isinstance(getattr(self, name), bool):
                 raise UserError(f"{name} is {getattr(self, name)!r}: choose on or off")
         _number("fold_seconds", self.fold_seconds, 0.1, 3600.0, " s")

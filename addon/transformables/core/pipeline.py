@@ -369,7 +369,7 @@ class _Run:
         self.parts = self.tn.finish(
             self.segmentation, self.character, self.target, self.embedding, path,
             clearance=self.options.target_units(clearance_mm), style=style,
-            wall=self.options.target_units(self.options.wall_mm), threads=self.options.threads,
+            wall=self.options.target_units(self.options.wall_mm), hinges=self.options.hinges, threads=self.options.threads,
             progress=progress)
         self.part_arrays = {}
         for index, part in enumerate(self.parts.parts):
@@ -429,7 +429,7 @@ class _Run:
             return None
         return {"parts": [{"bone": part["bone"], "volume": part["volume"]} for part in self.parts.parts],
                 "preview": self.until != "finishing", "collisions": [dict(c) for c in self.parts.collisions],
-                "minimum_clearance": self.parts.minimum_clearance,
+                "minimum_clearance": self.parts.minimum_clearance, "pinned": list(self.parts.pinned),
                 "carved_volume_pct": self.parts.carved_volume_pct, "filled_volume_pct": self.parts.filled_volume_pct,
                 "certificate": self._certificate_result()}
 

@@ -34,6 +34,7 @@ def build(result, schedule, version, blender, in_the_way=()):
         "uncertified": _uncertified(result, schedule, options, certificate) if certificate else [],
         "carved_volume_pct": finishing["carved_volume_pct"] if finished else None,
         "filled_volume_pct": finishing["filled_volume_pct"] if finished else None,
+        "pinned_joints": [character["bodies"][bone] for bone in finishing["pinned"]] if finished else None,
         "folding_order": folding_order(result, schedule),
         "frames": [1, schedule.last_frame],
         "fit_scale": character["scale"] / result["target"]["scale"],

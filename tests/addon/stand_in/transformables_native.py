@@ -190,7 +190,7 @@ def certify(parts, character, embedding, path, *, enough, least, pairs=(), threa
     return SimpleNamespace(holds=turned <= 1.0, gap=0.001 if turned <= 1.0 else 0.0, open=[], intervals=rows)
 
 
-def finish(segmentation, character, target, embedding, path, *, clearance, style="solid", wall=0.004, threads=0, progress=None):
+def finish(segmentation, character, target, embedding, path, *, clearance, style="solid", wall=0.004, hinges=True, threads=0, progress=None):
     calls.append("finish")
     vertices = struct.pack("<12d", *(x for v in TETRAHEDRON for x in v))
     triangles = struct.pack("<12i", *(i for f in FACES for i in f))
@@ -199,4 +199,4 @@ def finish(segmentation, character, target, embedding, path, *, clearance, style
     pairs = [(a, b) for a in range(len(character.names)) for b in range(a)]
     certificate = SimpleNamespace(holds=True, gap=0.001, open=[], intervals=[(m, b, a, 0.0, 1.0, 0.001) for m in range(len(path.moves)) for a, b in pairs])
     return SimpleNamespace(parts=parts, certificate=certificate, collisions=[], minimum_clearance=0.001, carved_volume_pct=1.0,
-                           filled_volume_pct=98.0, warnings=[])
+                           filled_volume_pct=98.0, pinned=[1] if hinges and path.moves else [], warnings=[])

@@ -30,72 +30,6 @@ double to_float(double x) {
   return double(rounded);
 }
 
-double box_distance(const Vector3d& p, const Vector3d& low, const Vector3d& high) {
-  const Vector3d outside = (low - p).cwiseMax(p - high);
-  return outside.cwiseMax(0.0).norm() + std::min(outside.maxCoeff(), 0.0);
-}
-
-struct Design {
-  Character character;
-  Target target;
-  Embedding embedding;
-  Segmentation segmentation;
-  FoldPath path;
-  FinishingOptions options;
-
-  Parts finished() const { return finish(segmentation, character, target, embedding, path, options, {}); }
-  void turn(int angle, double to_rad) {
-    double from = embedding.pose.angles[angle];
-    for (const Move& move : path.moves)
-      for (const auto& t : move.turns)
-        if (t.angle == angle) from = t.to_rad;
-    path.moves.push_back({{{angle, from, to_rad}}});
-  }
-};
-
-/// A box of half sides `half` (the longest along Y: 0.25), cut among bones by `phi`, bones along Y from y to y.
-using LevelSet = std::function<double(const Vector3d&)>;
-Design beam(const Vector3d& half, const std::vector<ArmatureBone>& bones, double radius, const std::vector<LevelSet>& phi, double step = kLongestSide / 32) {
-  Design d;
-  d.character = make_character(bones);
-  for (Bone& bone : d.character.bones) bone.radius = radius;
-  d.embedding.pose = rest_pose(d.character, d.character.root_rest);
-  d.embedding.morphology = Morphology::Ones(d.character.bones.size());
-  d.target.mesh = box_mesh(-half, half);
-  d.target.volume = signed_volume(d.target.mesh);
-  const Eigen::Array3i cells = (half.array() / step).ceil().cast<int>() + 3;
-  const GridShape shape{(2 * cells + 1).matrix(), -step * cells.cast<double>().matrix(), step};
-  d.target.distance = Grid<float>(shape, 0);
-  d.segmentation.shape = shape;
-  d.segmentation.owner.assign(shape.count(), -1);
-  d.segmentation.frames = forward_kinematics(d.character, d.embedding.pose, d.embedding.morphology);
-  d.segmentation.phi.assign(phi.size(), Grid<float>(shape, 0));
-  for (std::size_t n = 0; n < shape.count(); ++n) {
-    const Vector3d p = shape.position(n);
-    d.target.distance[n] = float(box_distance(p, -half, half));
-    for (std::size_t i = 0; i < phi.size(); ++i) {
-      d.segmentation.phi[i][n] = float(std::clamp(phi[i](p), -4 * step, 4 * step));
-      if (d.target.distance[n] < 0 && phi[i](p) <= 0) d.segmentation.owner[n] = std::int16_t(i);
-    }
-    if (d.target.distance[n] < 0) d.target.inside.push_back(n);
-  }
-  return d;
-}
-
-ArmatureBone bone(const char* name, int parent, double from_y, double to_y, bool hinged = true) {
-  ArmatureBone b{name, parent, {0, from_y, 0}, {0, to_y, 0}, Eigen::Matrix3d::Identity(), {}};
-  if (hinged && parent >= 0) b.hinges.push_back({0, -std::numbers::pi, std::numbers::pi});
-  return b;
-}
-
-constexpr double kHalfWidth = 0.08;
-
-/// Two halves that meet at y = 0, the hinge in the middle of the interface.
-Design halves(double radius = 0.012) {
-  return beam({kHalfWidth, 0.25, kHalfWidth}, {bone("root", -1, -0.15, 0), bone("child", 0, 0, 0.15)}, radius,
-              {[](const Vector3d& p) { return p.y(); }, [](const Vector3d& p) { return -p.y(); }});
-}
-
 double total_volume(const Parts& parts) {
   double sum = 0;
   for (const Part& part : parts.parts) sum += part.volume;
@@ -107,15 +41,6 @@ Grid<float> sampled_field(int n, double step, const std::function<double(const V
   Grid<float> field({{n, n, n}, Vector3d::Constant(-half), step}, 0);
   for (std::size_t i = 0; i < field.values.size(); ++i) field[i] = float(f(field.shape.position(i)));
   return field;
-}
-
-void expect_good(const TriangleMesh& mesh) {
-  const MeshCheck c = check(mesh);
-  EXPECT_FALSE(c.open);
-  EXPECT_FALSE(c.non_manifold);
-  EXPECT_FALSE(c.self_intersecting);
-  EXPECT_FALSE(c.inside_out);
-  EXPECT_EQ(c.extra_pieces, 0);
 }
 
 TEST(Isosurface, OfASphereIsGoodAndHasItsVolume) {

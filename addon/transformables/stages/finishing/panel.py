@@ -22,6 +22,7 @@ class TRANSFORMABLES_PT_finishing(StagePanel, bpy.types.Panel):
         row = layout.column()
         row.active = s.style == "shell"
         row.prop(s, "wall_mm")
+        layout.prop(s, "hinges")
         if blocks.rig_of(context.scene) is not None:
             layout.operator("transformables.export_parts", icon="EXPORT")
 

@@ -2,7 +2,7 @@
 """How the parts are made."""
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty
 
 
 class TransformablesFinishingSettings(bpy.types.PropertyGroup):
@@ -16,6 +16,10 @@ class TransformablesFinishingSettings(bpy.types.PropertyGroup):
     wall_mm: FloatProperty(
         name="Wall (mm)", default=1.2, min=0.4, max=50.0, soft_max=5.0, precision=2, step=10,
         description="Thickness of a hollow part's walls when printed, in millimeters")
+    hinges: BoolProperty(
+        name="Pins in the Joints", default=True,
+        description="Give each joint that turns about one axis a pin, two ears that carry it and a tongue between them, where there is room. "
+                    "The parts then hold together when they are printed in place. Otherwise joints are loose balls in sockets")
 
 
 CLASSES = (TransformablesFinishingSettings,)
