@@ -70,7 +70,7 @@ def _parser():
     add("--threads", type=int, default=0, metavar="N", help="processor cores (default: all; the design is the same)")
     add("--output", metavar="OUT.blend", help="the .blend to write")
     add("--report", metavar="OUT.json", help="the report to write")
-    add("--parts", metavar="FOLDER", help="a folder for the parts as STL files, in millimetres, ready to be printed")
+    add("--parts", metavar="FOLDER", help="a folder for the parts in millimetres: an STL each, and with pins a 3MF of all in their places, to be printed so")
     add("--certificate", metavar="OUT.json", help="the proof that parts stay apart to write: can be replayed by itself")
     return parser
 
@@ -234,7 +234,10 @@ class _Design:
                 certificate = _import("core.certificate")
                 certificate.write(ready["certificate"], certificate.document(event["result"], event["arrays"]))
             if self.parts_folder is not None:
-                _import("bridge.printing").export(rig, self.parts_folder)
+                printing = _import("bridge.printing")
+                printing.export(rig, self.parts_folder)
+                if rig.get(printing.PINS):
+                    printing.export(rig, self.parts_folder, "assembled")
             for kind in list(ready):
                 os.replace(ready[kind], outputs[kind])
                 del ready[kind]

@@ -53,6 +53,19 @@ def test_triangles_that_single_precision_has_closed_are_left_out_and_the_rest_st
     assert sorted(map(sorted, kept)) == sorted(map(sorted, FACES))
 
 
+def test_an_assembled_3mf_is_one_thing_whose_parts_stay_where_they_are(tmp_path):
+    apart = [(x + 50, y, z) for x, y, z in TETRAHEDRON]
+    printing.three_mf(tmp_path / "all.3mf", [("a", TETRAHEDRON, FACES), ("b", apart, FACES)], assembled=True)
+    with zipfile.ZipFile(tmp_path / "all.3mf") as file:
+        model = xml.etree.ElementTree.fromstring(file.read("3D/3dmodel.model"))
+    core = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
+    (item,) = model.iter(f"{core}item")
+    assert "transform" not in item.attrib and item.get("objectid") == "3"
+    assert [c.get("objectid") for c in model.iter(f"{core}component")] == ["1", "2"]
+    placed = [[float(v.get(k)) for k in "xyz"] for v in model.iter(f"{core}vertex")]
+    assert placed == [list(p) for p in [*TETRAHEDRON, *apart]]
+
+
 def test_a_3mf_holds_all_parts_in_millimetres_side_by_side(tmp_path):
     parts = [(f"part <{n}>", TETRAHEDRON, FACES) for n in range(30)]
     printing.three_mf(tmp_path / "all.3mf", parts)

@@ -213,9 +213,16 @@ def test_a_target_that_lies_very_far_out_for_its_size_is_designed_with_a_warning
 
 
 def test_parts_are_written_for_printing_into_a_folder_that_is_made(scene, tmp_path, capfd):
-    assert cli.run(["design", "--parts", str(tmp_path / "a" / "b")]) == 0
+    assert cli.run(["design", "--parts", str(tmp_path / "a" / "b"), "--report", str(tmp_path / "r.json")]) == 0
     names = sorted(p.name for p in (tmp_path / "a" / "b").iterdir())
-    assert len(names) == 8 and "thigh.L.stl" in names and all(name.endswith(".stl") for name in names)
+    assert len(names) == 9 and "thigh.L.stl" in names and sum(name.endswith(".stl") for name in names) == 8
+    assert json.loads((tmp_path / "r.json").read_text())["pinned_joints"], "so there is one file of all in their places, too"
+    assert [name for name in names if name.endswith("_assembled.3mf")]
+
+
+def test_without_pins_no_file_of_parts_in_their_places_is_written(scene, tmp_path, capfd):
+    assert cli.run(["design", "--hinges", "off", "--parts", str(tmp_path / "parts")]) == 0
+    assert all(p.name.endswith(".stl") for p in (tmp_path / "parts").iterdir())
 
 
 def test_a_parts_folder_that_cannot_be_made_is_refused_before_the_work(scene, tmp_path, capfd):

@@ -89,6 +89,7 @@ def apply(context, result, arrays, character_obj, target_obj, options):
     action = animation.new_fold(new_rig, layout, plan, result)
     animation.add_slider(new_rig, action, plan.last_frame)
     new_rig[printing.MM] = options.millimetres(result["target"]["scale"])
+    new_rig[printing.PINS] = len(result["finishing"]["pinned"]) if result["finishing"] else 0
     new_rig["transformable_stored"] = json.dumps({key: result[key] for key in ("options", "embedding", "path")})
     scene = context.scene
     animation.play(scene, new_rig, plan, options.loop)

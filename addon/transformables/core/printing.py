@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parts as files for printing: STL, one a part, or 3MF with all parts side by side. Millimetres; knows no Blender.
+"""Parts as files for printing: STL, one a part, or 3MF with all parts side by side, or in their places. Millimetres; knows no Blender.
 
 A part is (name, vertices, triangles): coordinates in millimetres (rows of three), corners by index (rows of three).
 """
@@ -8,7 +8,7 @@ import struct
 import xml.sax.saxutils
 import zipfile
 
-FORMATS = ("stl", "3mf")
+FORMATS = ("stl", "3mf", "assembled")
 BETWEEN_MM = 5.0   # parts side by side in a 3MF
 ROW_MM = 250.0     # a row of them is as long as that, or its one part
 SHORTEST_NAME = "part"
@@ -25,11 +25,20 @@ def single(number):
     return struct.unpack("<f", struct.pack("<f", number))[0]
 
 
-def standing(vertices):
-    """The same points, moved so that they stand on the plate (z from 0 up) about its middle, in single precision."""
+def onto_plate(vertices):
+    """What moves points so that they stand on the plate (z from 0 up) about its middle."""
     low, high = ([f(v[axis] for v in vertices) for axis in range(3)] for f in (min, max))
-    shift = (-(low[0] + high[0]) / 2, -(low[1] + high[1]) / 2, -low[2])
+    return -(low[0] + high[0]) / 2, -(low[1] + high[1]) / 2, -low[2]
+
+
+def moved(vertices, shift):
+    """Points after a move, in single precision."""
     return [tuple(single(x + s) for x, s in zip(v, shift)) for v in vertices]
+
+
+def standing(vertices):
+    """The same points, standing on the plate."""
+    return moved(vertices, onto_plate(vertices))
 
 
 def without_slivers(vertices, triangles):
@@ -59,15 +68,19 @@ def _normal(a, b, c):
     return [x / length for x in n] if length > 0 else (0.0, 0.0, 0.0)
 
 
-def three_mf(path, parts):
-    """Writes a 3MF of all parts, side by side on the plate."""
-    objects, items = [], []
-    for number, ((name, vertices, triangles), (x, y)) in enumerate(zip(parts, side_by_side([part[1] for part in parts])), 1):
+def three_mf(path, parts, assembled=False):
+    """Writes a 3MF of all parts, side by side on the plate; or `assembled`: one thing whose parts stay where they are."""
+    objects, items, places = [], [], [(0.0, 0.0)] * len(parts) if assembled else side_by_side([part[1] for part in parts])
+    for number, ((name, vertices, triangles), (x, y)) in enumerate(zip(parts, places), 1):
         points = "".join(f'<vertex x="{a!r}" y="{b!r}" z="{c!r}"/>' for a, b, c in vertices)
         faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in triangles)
         objects.append(f'<object id="{number}" type="model" name={xml.sax.saxutils.quoteattr(name)}><mesh><vertices>{points}</vertices>'
                        f"<triangles>{faces}</triangles></mesh></object>")
         items.append(f'<item objectid="{number}" transform="1 0 0 0 1 0 0 0 1 {x:.6g} {y:.6g} 0"/>')
+    if assembled:  # a slicer would arrange single items anew
+        whole = "".join(f'<component objectid="{number}"/>' for number in range(1, len(parts) + 1))
+        objects.append(f'<object id="{len(parts) + 1}" type="model" name="assembled"><components>{whole}</components></object>')
+        items = [f'<item objectid="{len(parts) + 1}"/>']
     model = ('<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">'
              f'<resources>{"".join(objects)}</resources><build>{"".join(items)}</build></model>\n')
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as out:

@@ -36,7 +36,9 @@ class TRANSFORMABLES_OT_export_parts(bpy.types.Operator):
     filter_folder: BoolProperty(default=True, options={"HIDDEN"})
     file_format: EnumProperty(
         name="Format", default="stl",
-        items=(("stl", "STL", "A file for each part, named after its bone"), ("3mf", "3MF", "One file with all parts side by side")))
+        items=(("assembled", "Assembled (3MF)", "One file with all parts in their places, as the timeline shows them now: for joints with pins, which are printed in place"),
+               ("3mf", "Side by Side (3MF)", "One file with all parts beside each other"),
+               ("stl", "Apart (STL)", "A file for each part, named after its bone")))
 
     @classmethod
     def poll(cls, context):
@@ -46,6 +48,10 @@ class TRANSFORMABLES_OT_export_parts(bpy.types.Operator):
         return True
 
     def invoke(self, context, event):
+        from ...bridge import printing
+
+        if blocks.rig_of(context.scene).get(printing.PINS):
+            self.file_format = "assembled"
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
