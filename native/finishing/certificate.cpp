@@ -21,6 +21,8 @@ namespace {
 
 using namespace finishing;
 
+constexpr std::size_t kTasksAtOnce = 400;   ///< between two looks at whether to go on: a second or two
+
 void demand(bool holds, const std::string& text) {
   if (!holds) throw InvalidInput("certificate: " + text);
 }
@@ -143,7 +145,7 @@ bool holds_a_piece(const Solid& b, const Solid& a, const Eigen::Isometry3d& into
 struct Task {
   const Solid *a, *b;
   RelativeMotion motion;
-  bool first;   ///< in the first move: there no part may hold another; later none could without touching it
+  std::size_t move;   ///< in the first no part may hold another; later none could without touching it
 };
 struct Outcome {
   std::vector<CertifiedInterval> rows;
@@ -151,10 +153,11 @@ struct Outcome {
   long steps = 0;
 };
 
-Outcome prove(const Task& task, std::size_t move, const CertificateOptions& options) {
+Outcome prove(const Task& task, const CertificateOptions& options) {
   Outcome outcome;
+  const std::size_t move = task.move;
   const int a = task.a->bone, b = task.b->bone;
-  if (task.first) {
+  if (move == 0) {
     const Instant start = task.motion.at(0);
     Eigen::Isometry3d into_b(start.turn);
     into_b.translation() = start.shift;
@@ -195,17 +198,15 @@ class Known {
   std::map<std::tuple<std::size_t, int, int>, Outcome> outcomes_;
 };
 
-/// The pairs to look at in a move, of those that are wanted: all in the first, those that move against each other in later ones.
-std::vector<Task> tasks_of(const std::vector<Solid>& solids, const Character& character, const Embedding& embedding, const Move& move,
-                           const Eigen::VectorXd& start, const Wanted& wanted, bool first) {
-  std::vector<Task> tasks;
+/// Adds the pairs to look at in a move, of those that are wanted: all in the first, those that move against each other in later ones.
+void add_tasks(std::vector<Task>& tasks, const std::vector<Solid>& solids, const Character& character, const Embedding& embedding, const Move& move,
+               std::size_t number, const Eigen::VectorXd& start, const Wanted& wanted) {
   for (std::size_t i = 0; i < solids.size(); ++i)
     for (std::size_t j = i + 1; j < solids.size(); ++j) {
       if (!wanted.pair(solids[i].bone, solids[j].bone)) continue;
       RelativeMotion motion(character, embedding.morphology, move, start, solids[i].bone, solids[j].bone);
-      if (first || motion.moves()) tasks.push_back({&solids[i], &solids[j], std::move(motion), first});
+      if (number == 0 || motion.moves()) tasks.push_back({&solids[i], &solids[j], std::move(motion), number});
     }
-  return tasks;
 }
 
 Certificate certify_here(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
@@ -213,23 +214,24 @@ Certificate certify_here(const std::vector<Part>& parts, const Character& charac
   const Wanted wanted(options.pairs);
   const std::vector<Solid> solids = solids_of(parts, wanted);
   Certificate certificate;
-  const std::size_t moves = std::max<std::size_t>(1, path.moves.size());
-  for (std::size_t m = 0; m < moves; ++m) {
-    progress(double(m) / double(moves), "proving that parts stay apart");
-    const Move move = m < path.moves.size() ? path.moves[m] : Move{};
-    const std::vector<Task> tasks = tasks_of(solids, character, embedding, move, angles[m], wanted, m == 0);
-    std::vector<Outcome> outcomes(tasks.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks.size(), 1), [&](const auto& range) {
+  std::vector<Task> tasks;
+  for (std::size_t m = 0; m < std::max<std::size_t>(1, path.moves.size()); ++m)
+    add_tasks(tasks, solids, character, embedding, m < path.moves.size() ? path.moves[m] : Move{}, m, angles[m], wanted);
+  std::vector<Outcome> outcomes(tasks.size());
+  for (std::size_t done = 0; done < tasks.size(); done += kTasksAtOnce) {
+    progress(double(done) / double(tasks.size()), "proving that parts stay apart");
+    const tbb::blocked_range<std::size_t> some(done, std::min(done + kTasksAtOnce, tasks.size()), 1);
+    tbb::parallel_for(some, [&](const auto& range) {
       for (std::size_t n = range.begin(); n != range.end(); ++n) {
-        const Outcome* before = known.of(m, tasks[n].a->bone, tasks[n].b->bone);
-        outcomes[n] = before ? *before : prove(tasks[n], m, options);
+        const Outcome* before = known.of(tasks[n].move, tasks[n].a->bone, tasks[n].b->bone);
+        outcomes[n] = before ? *before : prove(tasks[n], options);
       }
     });
-    for (const Outcome& outcome : outcomes) {
-      certificate.intervals.insert(certificate.intervals.end(), outcome.rows.begin(), outcome.rows.end());
-      certificate.open.insert(certificate.open.end(), outcome.open.begin(), outcome.open.end());
-      certificate.steps += outcome.steps;
-    }
+  }
+  for (const Outcome& outcome : outcomes) {
+    certificate.intervals.insert(certificate.intervals.end(), outcome.rows.begin(), outcome.rows.end());
+    certificate.open.insert(certificate.open.end(), outcome.open.begin(), outcome.open.end());
+    certificate.steps += outcome.steps;
   }
   certificate.holds = certificate.open.empty();
   if (certificate.holds) {

@@ -22,7 +22,7 @@ using namespace finishing;
 
 constexpr int kProofs = 10;            ///< tries to prove the motion, pairs that fail being set further apart after each
 constexpr int kExactProofs = 7;        ///< of them, those after which parts that still fail may keep the target's own triangles
-constexpr double kMore = 0.25;         ///< steps by which parts that touch are set further apart, for each try
+constexpr double kMore = 0.35;         ///< steps by which parts that touch are set further apart, for each try
 constexpr double kProvable = 1e-4;     ///< target units: a proof never asks for less of a gap to look at than this
 constexpr double kTouching = 0.02;     ///< of that, the least gap that is not a touch
 constexpr double kWorthTelling = 5e-4; ///< share of the target's volume from which on a loss is reported
