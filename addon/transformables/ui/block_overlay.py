@@ -9,11 +9,12 @@ import numpy as np
 from gpu_extras.batch import batch_for_shader
 from mathutils import Vector
 
+from . import viewport
+
 COLORS = ((1.0, 0.45, 0.1, 0.3), (0.2, 0.55, 1.0, 0.3))  # of the first part, of the second
 BALL_COLOR, BALL_WIDTH = (1.0, 0.1, 0.1, 1.0), 2.5
 CORNERS = 32  # of a circle
 
-_handle = []
 _shown = {}  # names and numbers only: "parts", "rig", "bone", "place", "radius"
 _batches = {}  # made when first drawn: part's name -> batch
 
@@ -97,12 +98,9 @@ def _draw_ball(centre):
 
 
 def register():
-    if bpy.app.background:
-        return  # nothing is drawn without a window, and there may be no GPU
-    _handle.append(bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW"))
+    viewport.add(_draw)
 
 
 def unregister():
     clear()
-    while _handle:
-        bpy.types.SpaceView3D.draw_handler_remove(_handle.pop(), "WINDOW")
+    viewport.remove(_draw)

@@ -5,9 +5,7 @@ import bpy
 import gpu
 from gpu_extras.batch import batch_for_shader
 
-from . import preferences
-
-_handle = []
+from . import preferences, viewport
 _points = []  # world space, two a line
 _batch = []   # made when first drawn, thrown away when the points change
 
@@ -46,12 +44,9 @@ def _draw():
 
 
 def register():
-    if bpy.app.background:
-        return  # nothing is drawn without a window, and there may be no GPU
-    _handle.append(bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW"))
+    viewport.add(_draw)
 
 
 def unregister():
     clear()
-    while _handle:
-        bpy.types.SpaceView3D.draw_handler_remove(_handle.pop(), "WINDOW")
+    viewport.remove(_draw)

@@ -10,7 +10,7 @@ from gpu_extras.batch import batch_for_shader
 
 from ..bridge import division, rig
 from ..core.division import normals
-from . import settings
+from . import settings, viewport
 
 COLOR, WIDTH = (0.05, 0.55, 1.0, 0.9), 2.0
 DRAGGED_COLOR, DRAGGED_WIDTH = (1.0, 0.85, 0.1, 1.0), 4.0
@@ -18,7 +18,6 @@ NO_PART = (0.4, 0.4, 0.4)
 LIGHT, LEAST_LIGHT = np.array((0.36, -0.48, 0.8)), 0.45
 LIFT = 0.004   # of the target's longest side: over the parts that are there
 
-_handle = []
 _kept = {"text": "", "batch": None}   # the last seams drawn, and what they were made of
 _released = {"when": None, "batch": None}   # the division as the last drag left it
 _dragged = {"curve": (), "surface": None, "parts": None, "batch": None}
@@ -124,14 +123,11 @@ def _draw_lines(batch, color, width):
 
 
 def register():
-    if bpy.app.background:
-        return  # nothing is drawn without a window, and there may be no GPU
-    _handle.append(bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW"))
+    viewport.add(_draw)
 
 
 def unregister():
     show_dragged(())
     _kept.update(text="", batch=None)
     _released.update(when=None, batch=None)
-    while _handle:
-        bpy.types.SpaceView3D.draw_handler_remove(_handle.pop(), "WINDOW")
+    viewport.remove(_draw)
