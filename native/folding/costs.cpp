@@ -180,8 +180,8 @@ std::size_t swept_both_ways(const Parts& parts, const SampledMove& move, int a, 
   const std::size_t once = a_first ? swept_samples(parts.samples[a], parts.fields[b], motion, tolerance)
                                    : swept_samples(parts.samples[b], parts.fields[a], motion.reversed(), tolerance);
   if (once == 0) return 0;
-  return std::min(once, a_first ? swept_samples(parts.samples[b], parts.fields[a], motion.reversed(), tolerance)
-                                : swept_samples(parts.samples[a], parts.fields[b], motion, tolerance));
+  return a_first ? swept_samples(parts.samples[b], parts.fields[a], motion.reversed(), tolerance, nullptr, once)
+                 : swept_samples(parts.samples[a], parts.fields[b], motion, tolerance, nullptr, once);
 }
 
 }  // namespace transformables::folding
