@@ -16,6 +16,7 @@ Meeting meeting(const Parts& parts, const SampledMove& move, int a, int b, float
   const PairMotion there = move.pair(a, b);
   std::vector<char> hit_a, hit_b;
   const std::size_t in_b = swept_samples(parts.samples[a], parts.fields[b], there, tolerance, &hit_a);
+  if (in_b == 0) return {};
   const std::size_t in_a = swept_samples(parts.samples[b], parts.fields[a], there.reversed(), tolerance, &hit_b);
   Meeting m;
   m.loser = in_b <= in_a ? a : b;

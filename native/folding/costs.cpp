@@ -176,8 +176,12 @@ std::optional<Step> Costs::step_of(const Move& move) const {
 
 std::size_t swept_both_ways(const Parts& parts, const SampledMove& move, int a, int b, float tolerance) {
   const PairMotion motion = move.pair(a, b);
-  const std::size_t a_in_b = swept_samples(parts.samples[a], parts.fields[b], motion, tolerance);
-  return std::min(a_in_b, swept_samples(parts.samples[b], parts.fields[a], motion.reversed(), tolerance));
+  const bool a_first = parts.samples[a].points.size() <= parts.samples[b].points.size();  // the cheaper look often tells enough
+  const std::size_t once = a_first ? swept_samples(parts.samples[a], parts.fields[b], motion, tolerance)
+                                   : swept_samples(parts.samples[b], parts.fields[a], motion.reversed(), tolerance);
+  if (once == 0) return 0;
+  return a_first ? swept_samples(parts.samples[b], parts.fields[a], motion.reversed(), tolerance, nullptr, once)
+                 : swept_samples(parts.samples[a], parts.fields[b], motion, tolerance, nullptr, once);
 }
 
 }  // namespace transformables::folding

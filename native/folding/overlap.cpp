@@ -6,51 +6,13 @@
 #include <cmath>
 #include <limits>
 
+#include "folding/distance_transform.h"
+
 namespace transformables::folding {
 namespace {
 
-constexpr int kBrick = 4;        // samples along a brick's edge
-constexpr float kFar = 1e12f;
-
-/// Squared distances along one line of samples, in place (Felzenszwalb and Huttenlocher 2012).
-struct LineTransform {
-  std::vector<float> value, bound;
-  std::vector<int> parabola;
-
-  void operator()(float* line, std::size_t stride, int n) {
-    value.resize(n), parabola.resize(n), bound.resize(n + 1);
-    for (int i = 0; i < n; ++i) value[i] = line[i * stride];
-    int last = 0;
-    parabola[0] = 0, bound[0] = -2 * kFar, bound[1] = kFar;
-    for (int q = 1; q < n; ++q) {
-      float meet = crossing(q, parabola[last]);
-      while (last > 0 && meet <= bound[last]) meet = crossing(q, parabola[--last]);
-      parabola[++last] = q;
-      bound[last] = meet, bound[last + 1] = kFar;
-    }
-    bound[last + 1] = kFar;
-    for (int q = 0, at = 0; q < n; ++q) {
-      while (bound[at + 1] < float(q)) ++at;
-      const float d = float(q - parabola[at]);
-      line[q * stride] = std::min(kFar, d * d + value[parabola[at]]);
-    }
-  }
-
- private:
-  float crossing(int q, int p) const {
-    const double rise = double(value[q]) + double(q) * q - double(value[p]) - double(p) * p;
-    return float(rise / (2.0 * (q - p)));
-  }
-};
-
-void squared_distances(std::vector<float>& v, const Eigen::Vector3i& size) {
-  LineTransform line;
-  const std::size_t nx = size.x(), ny = size.y(), nz = size.z();
-  for (std::size_t r = 0; r < ny * nz; ++r) line(v.data() + r * nx, 1, int(nx));
-  for (std::size_t k = 0; k < nz; ++k)
-    for (std::size_t i = 0; i < nx; ++i) line(v.data() + k * nx * ny + i, nx, int(ny));
-  for (std::size_t r = 0; r < nx * ny; ++r) line(v.data() + r, nx * ny, int(nz));
-}
+constexpr int kBrick = 4, kSmall = 2;  // samples along the edges of bricks, and of the small ones within them
+constexpr float kUneven = 0.1f;        // steps by which an interpolated distance may change more than the way between two points
 
 /// Whether no ball of A's bricks as a whole ever comes within reach of B.
 bool never_near(const PartSamples& a, const PartField& b, const PairMotion& motion, float tolerance) {
@@ -68,39 +30,42 @@ Rigid in_lattice_units(const Eigen::Isometry3d& motion, const GridShape& shape) 
 
 PartField::PartField(const std::vector<std::int16_t>& owner, const GridShape& shape, int bone) {
   Eigen::AlignedBox3i box;
-  std::size_t sample = 0;
+  const std::int16_t* row = owner.data();
   for (int k = 0; k < shape.size.z(); ++k)
-    for (int j = 0; j < shape.size.y(); ++j)
-      for (int i = 0; i < shape.size.x(); ++i, ++sample)
-        if (owner[sample] == bone) box.extend(Eigen::Vector3i(i, j, k));
+    for (int j = 0; j < shape.size.y(); ++j, row += shape.size.x()) {
+      int any = 0;
+      for (int i = 0; i < shape.size.x(); ++i) any |= row[i] == bone;
+      if (!any) continue;
+      const int from = int(std::find(row, row + shape.size.x(), bone) - row);
+      int to = shape.size.x() - 1;
+      while (row[to] != bone) --to;
+      box.extend(Eigen::Vector3i(from, j, k)), box.extend(Eigen::Vector3i(to, j, k));
+    }
   if (box.isEmpty()) return;
-  low_ = box.min() - Eigen::Vector3i::Constant(PartField::kMargin);
-  size_ = box.max() + Eigen::Vector3i::Constant(PartField::kMargin + 1) - low_;
-  const std::size_t count = std::size_t(size_.x()) * size_.y() * size_.z();
-  std::vector<float> outside(count, 0.0f);
-  values_.assign(count, kFar);
-  for (int k = 0; k < box.sizes().z() + 1; ++k)
-    for (int j = 0; j < box.sizes().y() + 1; ++j)
-      for (int i = 0; i < box.sizes().x() + 1; ++i) {
-        const Eigen::Vector3i c = box.min() + Eigen::Vector3i(i, j, k);
-        if (owner[shape.index(c)] != bone) continue;
-        const std::size_t at = (std::size_t(k + PartField::kMargin) * size_.y() + j + PartField::kMargin) * size_.x() + i + PartField::kMargin;
-        values_[at] = 0, outside[at] = kFar;
-      }
-  squared_distances(values_, size_);
-  squared_distances(outside, size_);
-  for (std::size_t i = 0; i < count; ++i)
-    values_[i] = values_[i] > 0 ? std::sqrt(values_[i]) - 0.5f : 0.5f - std::sqrt(outside[i]);
+  low_ = box.min() - Eigen::Vector3i::Constant(kMargin);
+  size_ = box.max() + Eigen::Vector3i::Constant(kMargin + 1) - low_;
+  first_ = low_.cast<float>(), last_ = (low_ + size_).cast<float>().array() - 1;
+  std::vector<char> own(std::size_t(size_.x()) * size_.y() * size_.z(), 0);
+  for (int k = box.min().z(); k <= box.max().z(); ++k)
+    for (int j = box.min().y(); j <= box.max().y(); ++j) {
+      row = owner.data() + shape.index(0, j, k);
+      char* to = own.data() + (std::size_t(k - low_.z()) * size_.y() + j - low_.y()) * size_.x();
+      for (int i = box.min().x(); i <= box.max().x(); ++i) to[i - low_.x()] = row[i] == bone;
+    }
+  values_ = squared_distances(own, size_);
+  const std::vector<float> depth = squared_depths(own, size_);
+  for (std::size_t i = 0; i < own.size(); ++i) values_[i] = own[i] ? 0.5f - std::sqrt(depth[i]) : std::sqrt(values_[i]) - 0.5f;
 }
 
 PartSamples::PartSamples(const std::vector<std::int16_t>& owner, const GridShape& shape, const std::vector<std::size_t>& inside,
                          int bone) {
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // brick, sample
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // small brick, those of a brick after each other; sample
   const Eigen::Vector3i bricks_along = shape.size / kBrick + Eigen::Vector3i::Ones();
   for (const std::size_t s : inside) {
     if (owner[s] != bone) continue;
-    const Eigen::Vector3i b = shape.cell(s) / kBrick;
-    order.push_back({(std::uint64_t(b.z()) * bricks_along.y() + b.y()) * bricks_along.x() + b.x(), std::uint32_t(s)});
+    const Eigen::Vector3i c = shape.cell(s), b = c / kBrick, d = c / kSmall;
+    const std::uint64_t brick = (std::uint64_t(b.z()) * bricks_along.y() + b.y()) * bricks_along.x() + b.x();
+    order.push_back({8 * brick + std::uint64_t(d.x() % 2 + 2 * (d.y() % 2) + 4 * (d.z() % 2)), std::uint32_t(s)});
   }
   std::sort(order.begin(), order.end());
   for (const auto& [brick, s] : order) {
@@ -114,12 +79,14 @@ PartSamples::PartSamples(const std::vector<std::int16_t>& owner, const GridShape
     for (std::size_t i = first; i < last; ++i) b.radius = std::max(b.radius, (points[i] - b.centre).norm());
     return b;
   };
-  for (std::size_t first = 0; first < order.size();) {
-    std::size_t last = first;
-    while (last < order.size() && order[last].first == order[first].first) ++last;
-    bricks.push_back(ball(first, last));
-    first = last;
-  }
+  const auto group = [&](std::vector<Brick>& into, std::uint64_t children) {
+    for (std::size_t first = 0, last = 0; first < order.size(); first = last) {
+      while (last < order.size() && order[last].first / children == order[first].first / children) ++last;
+      into.push_back(ball(first, last));
+    }
+  };
+  group(bricks, 8);
+  group(small, 1);
   if (!points.empty()) whole = ball(0, points.size());
 }
 
@@ -140,18 +107,24 @@ PairMotion PairMotion::reversed() const {
   return r;
 }
 
-std::size_t swept_samples(const PartSamples& a, const PartField& b, const PairMotion& motion, float tolerance, std::vector<char>* hit) {
+std::size_t swept_samples(const PartSamples& a, const PartField& b, const PairMotion& motion, float tolerance, std::vector<char>* hit,
+                          std::size_t enough) {
   if (hit) hit->assign(a.points.size(), 0);
   if (a.points.empty() || b.empty() || never_near(a, b, motion, tolerance)) return 0;
   std::size_t hits = 0;
+  auto small = a.small.begin();
   for (const auto& brick : a.bricks) {
+    const std::uint32_t end = brick.first + brick.count;
     const float speed = motion.speed(brick.centre, brick.radius);
-    const int from = first_hit(b, motion, brick.centre, speed, 0, tolerance - brick.radius);
-    if (from < 0) continue;
-    for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
-      if (first_hit(b, motion, a.points[i], speed, from, tolerance) < 0) continue;
-      ++hits;
-      if (hit) (*hit)[i] = 1;
+    const int near = first_hit(b, motion, brick.centre, speed, 0, tolerance - brick.radius);
+    for (; small != a.small.end() && small->first < end; ++small) {
+      const int from = near < 0 ? -1 : first_hit(b, motion, small->centre, speed, near, tolerance - small->radius - kUneven);
+      if (from < 0) continue;
+      for (std::uint32_t i = small->first; i < small->first + small->count; ++i) {
+        if (first_hit(b, motion, a.points[i], speed, from, tolerance) < 0) continue;
+        if (hit) (*hit)[i] = 1;
+        if (++hits == enough) return hits;
+      }
     }
   }
   return hits;

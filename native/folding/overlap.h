@@ -22,13 +22,13 @@ namespace transformables::folding {
 struct Rigid {
   Eigen::Matrix3f turn = Eigen::Matrix3f::Identity();
   Eigen::Vector3f shift = Eigen::Vector3f::Zero();
-  Eigen::Vector3f operator()(const Eigen::Vector3f& p) const { return turn * p + shift; }
+  Eigen::Vector3f operator()(const Eigen::Vector3f& p) const { return turn.lazyProduct(p) + shift; }
 };
 
 /// The same motion, given in the target frame, in the units of a lattice.
 Rigid in_lattice_units(const Eigen::Isometry3d& motion, const GridShape& shape);
 
-/// Signed distance to one part in object mode, over a box that holds it; negative inside.
+/// Signed distance to one part in object mode, over a box that holds it; negative inside, to a depth of about six steps.
 class PartField {
  public:
   /// From the labels alone: exact Euclidean distance between samples, less half a step. An unused bone gives an empty field.
@@ -47,27 +47,29 @@ class PartField {
 
  private:
   Eigen::Vector3i low_ = Eigen::Vector3i::Zero(), size_ = Eigen::Vector3i::Zero();
+  Eigen::Vector3f first_ = Eigen::Vector3f::Zero(), last_ = Eigen::Vector3f::Zero();  // the box's corners
   std::vector<float> values_;
 };
 
 inline float PartField::at(const Eigen::Vector3f& p) const {
   if (values_.empty()) return std::numeric_limits<float>::max();
-  const Eigen::Vector3f q = p - low_.cast<float>();
-  const Eigen::Vector3f c = q.cwiseMax(0.0f).cwiseMin((size_.array() - 1).cast<float>().matrix());
-  const int i = std::min(int(c.x()), size_.x() - 2), j = std::min(int(c.y()), size_.y() - 2), k = std::min(int(c.z()), size_.z() - 2);
-  const float x = c.x() - float(i), y = c.y() - float(j), z = c.z() - float(k);
+  const float px = std::min(std::max(p.x(), first_.x()), last_.x()), py = std::min(std::max(p.y(), first_.y()), last_.y()),
+              pz = std::min(std::max(p.z(), first_.z()), last_.z());
+  const float cx = px - first_.x(), cy = py - first_.y(), cz = pz - first_.z();
+  const int i = std::min(int(cx), size_.x() - 2), j = std::min(int(cy), size_.y() - 2), k = std::min(int(cz), size_.z() - 2);
+  const float x = cx - float(i), y = cy - float(j), z = cz - float(k);
   const std::size_t dy = size_.x(), dz = dy * size_.y();
   const float* v = values_.data() + (std::size_t(k) * dz + std::size_t(j) * dy + i);
   const auto mix = [](float a, float b, float w) { return a + (b - a) * w; };
   const float inner = mix(mix(mix(v[0], v[1], x), mix(v[dy], v[dy + 1], x), y),
                           mix(mix(v[dz], v[dz + 1], x), mix(v[dz + dy], v[dz + dy + 1], x), y), z);
-  const float out2 = (q - c).squaredNorm();
+  const float ox = p.x() - px, oy = p.y() - py, oz = p.z() - pz, out2 = ox * ox + oy * oy + oz * oz;
   if (out2 <= 0) return inner;
   // The box is convex and holds the part, so the squared distances to the box and from there to the part add up; the box of the
   // part's samples alone gives another bound.
   const Eigen::Vector3f margin = Eigen::Vector3f::Constant(kMargin);
-  const Eigen::Vector3f tight = q.cwiseMax(margin).cwiseMin((size_.array() - 1).cast<float>().matrix() - margin);
-  return std::max(std::sqrt(out2 + inner * inner), (q - tight).norm() - 0.5f);
+  const Eigen::Vector3f tight = p.cwiseMax(first_ + margin).cwiseMin(last_ - margin);
+  return std::max(std::sqrt(out2 + inner * inner), (p - tight).norm() - 0.5f);
 }
 
 template <class Function>
@@ -84,14 +86,14 @@ void PartField::refine(const GridShape& shape, const Function& value) {
       }
 }
 
-/// The samples of one part, in bricks of neighbours with a ball around each.
+/// The samples of one part, in bricks of neighbours with a ball around each, and small ones within those.
 struct PartSamples {
   struct Brick {
     Eigen::Vector3f centre = Eigen::Vector3f::Zero();
     float radius = 0;
-    std::uint32_t first = 0, count = 0;
+    std::uint32_t first = 0, count = 0;   ///< its points
   };
-  std::vector<Brick> bricks;
+  std::vector<Brick> bricks, small;       ///< in the order of their points
   std::vector<Eigen::Vector3f> points;
   std::vector<std::uint32_t> index;   ///< of each point, into the grid
   Brick whole;                        ///< all of them
@@ -110,9 +112,9 @@ struct PairMotion {
   PairMotion reversed() const;
 };
 
-/// The number of A's samples that are ever deeper than `tolerance` inside B; with `hit` (one a sample of A), which.
+/// The number of A's samples that are ever deeper than `tolerance` inside B, counted up to `enough`; with `hit` (one a sample of A), which.
 std::size_t swept_samples(const PartSamples& a, const PartField& b, const PairMotion& motion, float tolerance,
-                          std::vector<char>* hit = nullptr);
+                          std::vector<char>* hit = nullptr, std::size_t enough = std::numeric_limits<std::size_t>::max());
 
 /// The number of A's samples deeper than `tolerance` inside B in one configuration.
 std::size_t overlapping_samples(const PartSamples& a, const PartField& b, const Rigid& a_to_b, float tolerance);

@@ -7,6 +7,7 @@
 
 #include "folding/costs.h"
 #include "folding/folding.h"
+#include "folding/plan.h"
 #include "folding/stopwatch.h"
 
 namespace transformables {
@@ -265,20 +266,31 @@ FoldPath planned(const Design& design, const FoldingOptions& options, const Prog
     path = planner.path_of((planner.*search)());
     path.cut_short = planner.cut_short();
   });
+  return path;
+}
+
+FoldPath measured_on(const FoldPath& path, const Design& design, const FoldingOptions& options) {
   return measured(path, design.segmentation, design.character, design.target, design.embedding, options);
 }
 
 }  // namespace
+
+FoldPath unmeasured_plan(const Design& design, const FoldingOptions& options, const Progress& progress, const FoldPath* start) {
+  return planned(design, options, progress, start, &Planner::searched);
+}
+
 }  // namespace folding
 
 FoldPath plan_greedy(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
                      const FoldingOptions& options, const Progress& progress) {
-  return folding::planned({character, segmentation, target, embedding}, options, progress, nullptr, &folding::Planner::greedy);
+  const folding::Design design{character, segmentation, target, embedding};
+  return folding::measured_on(folding::planned(design, options, progress, nullptr, &folding::Planner::greedy), design, options);
 }
 
 FoldPath plan(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
               const FoldingOptions& options, const Progress& progress, const FoldPath* start) {
-  return folding::planned({character, segmentation, target, embedding}, options, progress, start, &folding::Planner::searched);
+  const folding::Design design{character, segmentation, target, embedding};
+  return folding::measured_on(folding::unmeasured_plan(design, options, progress, start), design, options);
 }
 
 }  // namespace transformables

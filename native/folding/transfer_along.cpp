@@ -6,6 +6,7 @@
 #include "folding/carve_estimate.h"
 #include "folding/cores.h"
 #include "folding/folding.h"
+#include "folding/plan.h"
 #include "folding/regrowth.h"
 #include "folding/smoothing.h"
 #include "folding/stopwatch.h"
@@ -80,7 +81,7 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
   const folding::Stopwatch watch(options.threads);
   Folding best;
   Segmentation current = segmentation;
-  FoldPath path = plan(current, character, target, embedding, options, progress);
+  FoldPath path = folding::unmeasured_plan({character, current, target, embedding}, options, progress, nullptr);
   FoldingOptions again = options;  // later plans start from the last one and need less
   again.expansions = options.expansions / 2;
   bool cut_short = path.cut_short;
@@ -100,7 +101,7 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
     if (options.seconds > 0) again.seconds = options.seconds - watch.seconds();
     cut_short = cut_short || again.seconds < 0;
     if (cut_short) break;
-    path = plan(current, character, target, embedding, again, part, &path);
+    path = folding::unmeasured_plan({character, current, target, embedding}, again, part, &path);
     cut_short = path.cut_short;
   }
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "common/grid.h"
@@ -28,6 +29,16 @@ inline void for_neighbours(const GridShape& shape, std::size_t index, Visit visi
   if (c.y() + 1 < shape.size.y()) visit(index + row);
   if (c.z() > 0) visit(index - slice);
   if (c.z() + 1 < shape.size.z()) visit(index + slice);
+}
+
+/// Calls `visit` with the index and the cell of every sample, in order; far cheaper than asking for the cell of each index.
+template <class Visit>
+inline void for_cells(const GridShape& shape, Visit visit) {
+  std::size_t index = 0;
+  Eigen::Vector3i c;
+  for (c.z() = 0; c.z() < shape.size.z(); ++c.z())
+    for (c.y() = 0; c.y() < shape.size.y(); ++c.y())
+      for (c.x() = 0; c.x() < shape.size.x(); ++c.x()) visit(index++, std::as_const(c));
 }
 
 inline std::vector<char> inside_flags(const Target& target) {

@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -25,25 +26,38 @@ struct Surroundings {
   const std::vector<std::int16_t>& owner;
   const std::vector<char>& inside;
   const std::vector<char>& doubtful;
-  const std::vector<std::size_t>& shell;   // outside samples near the surface, nearest first
+  const std::vector<ShellSample>& shell;
 };
 
-std::vector<std::size_t> shell_of(const Target& target, const std::vector<char>& inside) {
-  std::vector<std::size_t> shell;
+std::vector<ShellSample> shell_of(const Target& target, const std::vector<char>& inside) {
+  std::vector<ShellSample> shell;
   const double reach = kContinuation * target.distance.shape.step;
-  for (std::size_t i = 0; i < inside.size(); ++i)
-    if (!inside[i] && target.distance[i] < reach) shell.push_back(i);
-  std::sort(shell.begin(), shell.end(), [&](std::size_t a, std::size_t b) {
-    return target.distance[a] != target.distance[b] ? target.distance[a] < target.distance[b] : a < b;
+  for_cells(target.distance.shape, [&](std::size_t i, const Eigen::Vector3i& c) {
+    if (!inside[i] && target.distance[i] < reach) shell.push_back({i, c});
+  });
+  std::sort(shell.begin(), shell.end(), [&](const ShellSample& a, const ShellSample& b) {
+    return target.distance[a.index] != target.distance[b.index] ? target.distance[a.index] < target.distance[b.index] : a.index < b.index;
   });
   return shell;
 }
+
+// The face neighbours of a sample that are inside the target.
+struct InsideNeighbours {
+  std::array<std::uint32_t, 6> index;
+  int count = 0;
+};
 
 // One bone's level set while it is rebuilt, in steps, over its box.
 class Rebuild {
  public:
   Rebuild(const Surroundings& around, int bone, const Eigen::Vector3i& first, const GridShape& box)
-      : around_(around), bone_(bone), first_(first), phi_(box, kBand), dirty_(box.count(), 0) {}
+      : around_(around), first_(first), phi_(box, kBand), dirty_(box.count(), 0), global_(box.count()), inside_(box.count()), own_(box.count()) {
+    for_cells(box, [&](std::size_t i, const Eigen::Vector3i& c) {
+      global_[i] = around.target.distance.shape.index(first + c);
+      inside_[i] = around.inside[global_[i]];
+      own_[i] = around.owner[global_[i]] == bone;
+    });
+  }
 
   Grid<float> run(const Grid<float>& before) {
     take(before);
@@ -53,18 +67,15 @@ class Rebuild {
       for (int k = 0; k < kFits; ++k) fit();
     }
     for (std::size_t i = 0; i < phi_.values.size(); ++i)
-      if (inside(i)) phi_[i] = right_side(i, phi_[i], kLeast);
+      if (inside_[i]) phi_[i] = right_side(i, phi_[i], kLeast);
     continue_outside();
     for (float& v : phi_.values) v *= float(phi_.shape.step);
     return std::move(phi_);
   }
 
  private:
-  std::size_t global(std::size_t i) const { return around_.target.distance.shape.index(phi_.shape.cell(i) + first_); }
-  bool inside(std::size_t i) const { return around_.inside[global(i)]; }
-  bool own(std::size_t i) const { return around_.owner[global(i)] == bone_; }
   float right_side(std::size_t i, float v, float least) const {
-    return own(i) ? std::clamp(v, -kBand, -least) : std::clamp(v, least, kBand);
+    return own_[i] ? std::clamp(v, -kBand, -least) : std::clamp(v, least, kBand);
   }
 
   void take(const Grid<float>& before);
@@ -74,11 +85,13 @@ class Rebuild {
   void continue_outside();
 
   const Surroundings& around_;
-  int bone_;
   Eigen::Vector3i first_;
   Grid<float> phi_;
   std::vector<char> dirty_;
+  std::vector<std::size_t> global_;                        // of each sample of the box, its index in the target's grid
+  std::vector<char> inside_, own_;
   std::vector<std::size_t> fitted_;
+  std::vector<InsideNeighbours> beside_;                   // of each fitted one
   std::vector<float> bend_, next_;
 };
 
@@ -86,20 +99,19 @@ class Rebuild {
 void Rebuild::take(const Grid<float>& before) {
   const double step = phi_.shape.step;
   const Eigen::Vector3i shift = before.values.empty() ? Eigen::Vector3i::Zero().eval() : before.shape.nearest(phi_.shape.origin);
-  for (std::size_t i = 0; i < phi_.values.size(); ++i) {
-    const Eigen::Vector3i c = phi_.shape.cell(i) + shift;
-    if (!before.values.empty() && before.shape.contains(c))
-      phi_[i] = float(before.at(c) / step);
+  for_cells(phi_.shape, [&](std::size_t i, const Eigen::Vector3i& c) {
+    if (!before.values.empty() && before.shape.contains(c + shift))
+      phi_[i] = float(before.at(c + shift) / step);
     else
-      phi_[i] = own(i) ? -kBand : kBand;
-  }
+      phi_[i] = own_[i] ? -kBand : kBand;
+  });
 }
 
 void Rebuild::find_dirty() {
   for (std::size_t i = 0; i < phi_.values.size(); ++i) {
-    if (!inside(i)) continue;
-    const bool wrong = own(i) ? phi_[i] > kLeast : phi_[i] < -kLeast;
-    const bool doubted = !around_.doubtful.empty() && around_.doubtful[global(i)];
+    if (!inside_[i]) continue;
+    const bool wrong = own_[i] ? phi_[i] > kLeast : phi_[i] < -kLeast;
+    const bool doubted = !around_.doubtful.empty() && around_.doubtful[global_[i]];
     if (wrong || doubted) dirty_[i] = 1, fitted_.push_back(i);
   }
   std::size_t begin = 0;
@@ -107,7 +119,7 @@ void Rebuild::find_dirty() {
     const std::size_t end = fitted_.size();
     for (; begin < end; ++begin)
       for_neighbours(phi_.shape, fitted_[begin], [&](std::size_t n) {
-        if (!dirty_[n] && inside(n)) dirty_[n] = 1, fitted_.push_back(n);
+        if (!dirty_[n] && inside_[n]) dirty_[n] = 1, fitted_.push_back(n);
       });
   }
   std::sort(fitted_.begin(), fitted_.end());
@@ -119,7 +131,7 @@ void Rebuild::start_fit() {
   std::vector<std::size_t> front;
   for (std::size_t i : fitted_) {
     bool beside = false;
-    for_neighbours(phi_.shape, i, [&](std::size_t n) { beside |= inside(n) && own(n) != own(i); });
+    for_neighbours(phi_.shape, i, [&](std::size_t n) { beside |= inside_[n] && own_[n] != own_[i]; });
     if (beside) layer[i] = 1, front.push_back(i);
   }
   for (std::size_t k = 0; k < front.size(); ++k)
@@ -128,27 +140,34 @@ void Rebuild::start_fit() {
     });
   for (std::size_t i : fitted_) {
     const float guess = layer[i] > 0 ? std::min(float(layer[i]) - 0.5f, kBand) : kBand;
-    const bool stands = own(i) == (phi_[i] < 0) && std::abs(phi_[i]) < guess + 0.5f &&
-                        !(!around_.doubtful.empty() && around_.doubtful[global(i)]);
-    if (!stands) phi_[i] = own(i) ? -guess : guess;
+    const bool stands = own_[i] == (phi_[i] < 0) && std::abs(phi_[i]) < guess + 0.5f &&
+                        !(!around_.doubtful.empty() && around_.doubtful[global_[i]]);
+    if (!stands) phi_[i] = own_[i] ? -guess : guess;
   }
   bend_.assign(phi_.values.size(), 0);
   next_ = phi_.values;
+  for (std::size_t i : fitted_) {
+    InsideNeighbours& beside = beside_.emplace_back();
+    for_neighbours(phi_.shape, i, [&](std::size_t n) {
+      if (inside_[n]) beside.index[beside.count++] = std::uint32_t(n);
+    });
+  }
 }
 
 // A step down the bending energy (the Laplacian squared) with every sample held on its owner's side, after Lempitsky's
 // smooth surfaces from binary volumes (2010).
 void Rebuild::fit() {
-  const auto deviation = [&](const std::vector<float>& f, std::size_t i) {
+  const auto deviation = [&](const std::vector<float>& f, std::size_t k) {
+    const InsideNeighbours& beside = beside_[k];
     float sum = 0;
-    int count = 0;
-    for_neighbours(phi_.shape, i, [&](std::size_t n) {
-      if (inside(n)) sum += f[n], ++count;
-    });
-    return count > 0 ? sum / float(count) - f[i] : 0.f;
+    for (int n = 0; n < beside.count; ++n) sum += f[beside.index[n]];
+    return beside.count > 0 ? sum / float(beside.count) - f[fitted_[k]] : 0.f;
   };
-  for (std::size_t i : fitted_) bend_[i] = deviation(phi_.values, i);
-  for (std::size_t i : fitted_) next_[i] = right_side(i, phi_[i] + 0.5f * bend_[i] - 0.3f * deviation(bend_, i), 4 * kLeast);
+  for (std::size_t k = 0; k < fitted_.size(); ++k) bend_[fitted_[k]] = deviation(phi_.values, k);
+  for (std::size_t k = 0; k < fitted_.size(); ++k) {
+    const std::size_t i = fitted_[k];
+    next_[i] = right_side(i, phi_[i] + 0.5f * bend_[i] - 0.3f * deviation(bend_, k), 4 * kLeast);
+  }
   for (std::size_t i : fitted_) phi_[i] = next_[i];
 }
 
@@ -158,17 +177,18 @@ void Rebuild::continue_outside() {
   const Eigen::Vector3i end = first_ + phi_.shape.size;
   std::vector<char> known(phi_.values.size(), 0);
   for (std::size_t i = 0; i < phi_.values.size(); ++i) {
-    known[i] = inside(i);
+    known[i] = inside_[i];
     if (!known[i]) phi_[i] = kBand;
   }
-  for (std::size_t g : around_.shell) {
-    const Eigen::Vector3i c = d.shape.cell(g);
+  for (const auto& [g, c] : around_.shell) {
     if ((c.array() < first_.array()).any() || (c.array() >= end.array()).any()) continue;
     const std::size_t i = phi_.shape.index(c - first_);
+    const float here = d[g];
     float sum = 0, weight = 0;
     for_neighbours(phi_.shape, i, [&](std::size_t n) {
-      const float w = d[g] - d[global(n)];
-      if (known[n] && w > 0) sum += w * phi_[n], weight += w;
+      if (!known[n]) return;
+      const float w = here - d[global_[n]];
+      if (w > 0) sum += w * phi_[n], weight += w;
     });
     if (weight > 0) phi_[i] = sum / weight, known[i] = 1;
   }
@@ -181,11 +201,11 @@ void diffuse(const Target& target, const std::vector<char>& inside, const std::v
   const float near = float(2 * phi.shape.step);
   std::vector<char> in(phi.values.size());
   std::vector<std::size_t> band;
-  for (std::size_t i = 0; i < in.size(); ++i) {
-    const std::size_t g = target.distance.shape.index(phi.shape.cell(i) + first);
+  for_cells(phi.shape, [&](std::size_t i, const Eigen::Vector3i& c) {
+    const std::size_t g = target.distance.shape.index(c + first);
     in[i] = inside[g];
     if (in[i] && (where.empty() || where[g]) && std::abs(phi[i]) < near) band.push_back(i);
-  }
+  });
   std::vector<float> next(band.size());
   for (int k = 0; k < kPolishes; ++k) {
     for (std::size_t b = 0; b < band.size(); ++b) {
@@ -213,12 +233,12 @@ void Surfaces::polish(std::vector<std::int16_t>& owner, std::vector<Grid<float>>
   for (std::size_t bone = 0; bone < phi.size(); ++bone) {
     if (phi[bone].values.empty()) continue;
     const Eigen::Vector3i first = shape.nearest(phi[bone].shape.origin);
-    for (std::size_t i = 0; i < phi[bone].values.size(); ++i) {
-      const std::size_t g = shape.index(phi[bone].shape.cell(i) + first);
-      if (owner[g] < 0 || core[g] >= 0 || !(where.empty() || where[g]) || phi[bone][i] >= least[g]) continue;
+    for_cells(phi[bone].shape, [&](std::size_t i, const Eigen::Vector3i& c) {
+      const std::size_t g = shape.index(c + first);
+      if (owner[g] < 0 || core[g] >= 0 || !(where.empty() || where[g]) || phi[bone][i] >= least[g]) return;
       least[g] = phi[bone][i];
       owner[g] = std::int16_t(bone);
-    }
+    });
   }
 }
 

@@ -9,6 +9,12 @@
 
 namespace transformables::segmentation_inner {
 
+/// An outside sample near the target's surface.
+struct ShellSample {
+  std::size_t index;
+  Eigen::Vector3i cell;
+};
+
 /// What rebuilding level sets needs to know of the target; made once, used often.
 class Surfaces {
  public:
@@ -35,7 +41,7 @@ class Surfaces {
  private:
   const Target& target_;
   std::vector<char> inside_;
-  std::vector<std::size_t> shell_;   // outside samples near the surface, nearest first
+  std::vector<ShellSample> shell_;   // nearest first
 };
 
 /// A level set at a point: trilinear in its box, far outside of it.

@@ -11,7 +11,7 @@ from transformables.core import pipeline
 from transformables.core.options import UserError
 
 REHEARSAL = ["grow", "transfer", "fold"]
-ALL = ["make_character", "make_target", "fitted", "explore", *REHEARSAL, *REHEARSAL, *REHEARSAL, "fold", "finish"]
+ALL = ["make_character", "make_target", "fitted", "explore", "make_target", *REHEARSAL, *REHEARSAL, *REHEARSAL, *REHEARSAL, "finish"]
 
 
 class Ears:
@@ -99,6 +99,57 @@ def test_of_several_poses_the_one_that_loses_least_to_carving_is_taken(native, m
     result, _ = pipeline.run(*two_bones(), Ears())
     assert result["embedding"]["angles"] == [0.2]
     assert [turn[1] for move in result["path"]["moves"] for turn in move] == [0.2], "the path is that of the pose that was taken"
+
+
+def grids_of_rehearsals(native, monkeypatch, **changes):
+    """Resolutions that parts are grown at, one a rehearsal, with some functions of the native module replaced."""
+    grow, grids = native.grow, []
+
+    def noted(character, target, *rest, **options):
+        grids.append(target.resolution)
+        return grow(character, target, *rest, **options)
+
+    monkeypatch.setattr(native, "grow", noted)
+    for name, change in changes.items():
+        made = getattr(native, name)
+        monkeypatch.setattr(native, name, lambda *a, _made=made, _change=change, **k: _change(_made, *a, **k))
+    pipeline.run(*two_bones(until="embedding"), Ears())
+    return grids
+
+
+def test_poses_are_told_apart_on_a_coarse_grid_and_the_one_taken_is_folded_on_the_fine_one(native, monkeypatch):
+    assert grids_of_rehearsals(native, monkeypatch) == [40, 40, 40, 64]
+
+
+def test_poses_are_told_apart_on_the_fine_grid_when_the_target_is_too_thin_for_a_coarse_one(native, monkeypatch):
+    def too_thin(made, *, resolution, **given):
+        if resolution < 64:
+            raise native.InvalidInput("no voxels inside")
+        return made(resolution=resolution, **given)
+
+    assert grids_of_rehearsals(native, monkeypatch, make_target=too_thin) == 4 * [64]
+
+
+@pytest.mark.parametrize("lost", [{"volume": 0.05}, {"scale": 0.3}, {"centre": [1.0, 2.0, 3.1]}])
+def test_poses_are_told_apart_on_the_fine_grid_when_a_coarse_one_loses_much_of_the_target(native, monkeypatch, lost):
+    def losing(made, *, resolution, **given):
+        target = made(resolution=resolution, **given)
+        if resolution < 64:
+            vars(target).update(lost)
+        return target
+
+    assert grids_of_rehearsals(native, monkeypatch, make_target=losing) == 4 * [64]
+
+
+def test_a_pose_that_has_no_room_on_a_coarse_grid_is_rehearsed_on_the_fine_one(native, monkeypatch):
+    def cramped(made, segmentation, character, target, embedding, **options):
+        if target.resolution < 64 and embedding.angles[0] == 0.1:
+            raise native.Infeasible("no room")
+        return made(segmentation, character, target, embedding, **options)
+
+    assert grids_of_rehearsals(native, monkeypatch, fold=cramped) == [40, 40, 64, 40, 64]
+    with pytest.raises(native.Infeasible):
+        grids_of_rehearsals(native, monkeypatch, fold=lambda *a, **k: (_ for _ in ()).throw(native.Infeasible("no room")))
 
 
 def test_what_is_stored_is_not_searched_again(native):
@@ -296,7 +347,7 @@ def test_seams_are_traced_as_edits_find_them_and_named_by_their_bones(native, mo
         made = getattr(native, name)
         monkeypatch.setattr(native, name, lambda *a, _name=name, _made=made, **k: (order.append(_name), _made(*a, **k))[1])
     result, arrays = pipeline.run(*two_bones(until="segmentation"), Ears())
-    rehearsed = 3 * ["transfer"]
+    rehearsed = 4 * ["transfer"]
     assert order == [*rehearsed, "seams"]
     message, more = two_bones(until="segmentation", edits=[{"kind": "move_seam", "bone": "arm", "other": "root", "from": "f", "to": "t"}])
     more.update(f=("d", bytes(24)), t=("d", bytes(24)))

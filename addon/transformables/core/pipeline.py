@@ -32,6 +32,8 @@ GOOD_ENOUGH_PCT = 2.5      # of the target, carved: the next pose is not tried t
 APART = 10.0               # how much more the pairs' share counts that are to be kept apart
 EXPANSIONS_A_SECOND = 150  # moves that the search for the fold's order may try, for each second of its target time: few enough for most machines
 ROUGHLY = {"rounds": 1, "expansions": 200}   # how well the unfolding of each is searched, to tell them apart
+ROUGH_RESOLUTION = 40      # voxels along the longest side, for that: enough to rank poses as the design's own grid does
+SAME_TARGET = {"place": 1e-3, "volume": 0.1}   # target units, share: by which a coarser target may differ
 TOUCHING_BONES = 1e-4       # target units: capsules that are less deep in one another do not collide
 ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
 PROVED_AGAIN = 0.999       # of the gap that is proved, that joints which turn together must keep: proofs differ by rounding
@@ -118,9 +120,11 @@ class _Run:
             hinges=[[tuple(hinge) for hinge in hinges] for hinges in self.armature["hinges"]])
 
     def _target(self):
-        self.target = self.tn.make_target(vertices=self._bytes("vertices"), triangles=self._bytes("triangles"),
-                                          resolution=self.options.resolution, progress=self._progress("target"))
+        self.target = self._made_target(self.options.resolution, self._progress("target"))
         self._warn(self.target.warnings)
+
+    def _made_target(self, resolution, progress):
+        return self.tn.make_target(vertices=self._bytes("vertices"), triangles=self._bytes("triangles"), resolution=resolution, progress=progress)
 
     def _embedding(self):
         scale = self.target.scale if self.options.fit == "off" else 0.0
@@ -176,9 +180,9 @@ class _Run:
         sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
         closest = min(embedding.missed for embedding in sound) + LONGEST_SIDE / self.options.resolution
         sound = [embedding for embedding in sound if embedding.missed <= closest]
-        tries = [*self._two_best(sound), *([(rival, None)] if rival else [])]
-        for k, (embedding, segmentation) in enumerate(tries):
-            rehearsal = self._rehearsal(embedding, self._progress("embedding", 0.6 + 0.4 * k / len(tries), 0.6 + 0.4 * (k + 1) / len(tries)), segmentation)
+        tries = [*self._two_best(sound), *([rival] if rival else [])]
+        for k, embedding in enumerate(tries):
+            rehearsal = self._rehearsal(embedding, self.target, self._progress("embedding", 0.6 + 0.4 * k / len(tries), 0.6 + 0.4 * (k + 1) / len(tries)))
             if self.rehearsed is None or rehearsal.loss_pct < self.rehearsed.loss_pct:
                 self.rehearsed = rehearsal
             if rehearsal.loss_pct < GOOD_ENOUGH_PCT and not rival:
@@ -189,22 +193,42 @@ class _Run:
             self._warn(["No better folded pose was found, so the present one was kept. Try again: every search looks elsewhere"])
 
     def _two_best(self, embeddings):
-        """Of several poses the two that lose least when they are rehearsed roughly, each with its segmentation if there is one."""
-        rough = []
-        for k, embedding in enumerate(embeddings if len(embeddings) > 1 else ()):
-            share = 0.2 / len(embeddings)
-            rough.append(self._rehearsal(embedding, self._progress("embedding", 0.4 + k * share, 0.4 + (k + 1) * share), **ROUGHLY))
+        """Of several poses the two that lose least when they are rehearsed roughly, on a coarse grid."""
+        if len(embeddings) < 2:
+            return embeddings
+        rough, target, share = [], self._coarse_target(), 0.2 / len(embeddings)
+        for k, embedding in enumerate(embeddings):
+            rough.append(self._rough_rehearsal(embedding, target, self._progress("embedding", 0.4 + k * share, 0.4 + (k + 1) * share)))
         rough.sort(key=lambda rehearsal: rehearsal.loss_pct)
-        return [(r.embedding, r.segmentation) for r in rough[:2]] or [(embeddings[0], None)]
+        return [rehearsal.embedding for rehearsal in rough[:2]]
 
-    def _rehearsal(self, embedding, progress, segmentation=None, **search):
-        if segmentation is None:
-            segmentation = self._grown(embedding, lambda fraction, note="": progress(0.3 * fraction, note))
-        folding = self._folded(embedding, segmentation, lambda fraction, note="": progress(0.3 + 0.7 * fraction, note), **search)
-        loss = folding.carving_after / self.target.volume
+    def _coarse_target(self):
+        """The target on a coarse grid; the target itself where it is coarse already, or too much of it would be lost."""
+        if self.options.resolution <= ROUGH_RESOLUTION:
+            return self.target
+        try:
+            coarse = self._made_target(ROUGH_RESOLUTION, self._progress("embedding", 0.4, 0.4))
+        except self.tn.InvalidInput:  # too thin for that
+            return self.target
+        places = [abs(a - b) * self.target.scale for a, b in zip(coarse.centre, self.target.centre)] + [abs(coarse.scale / self.target.scale - 1)]
+        alike = max(places) < SAME_TARGET["place"] and abs(coarse.volume / self.target.volume - 1) < SAME_TARGET["volume"]
+        return coarse if alike else self.target
+
+    def _rough_rehearsal(self, embedding, target, progress):
+        try:
+            return self._rehearsal(embedding, target, progress, **ROUGHLY)
+        except self.tn.Infeasible:
+            if target is self.target:
+                raise
+            return self._rehearsal(embedding, self.target, progress, **ROUGHLY)  # there is room for every bone on the fine grid only
+
+    def _rehearsal(self, embedding, target, progress, **search):
+        segmentation = self._grown(embedding, target, lambda fraction, note="": progress(0.3 * fraction, note))
+        folding = self._folded(embedding, target, segmentation, lambda fraction, note="": progress(0.3 + 0.7 * fraction, note), **search)
+        loss = folding.carving_after / target.volume
         if self.apart:
             path = {"collisions": folding.path.collisions}
-            loss += APART * sum(blocks.share_of(path, pair, self.target.volume) for pair in self.apart)
+            loss += APART * sum(blocks.share_of(path, pair, target.volume) for pair in self.apart)
         return Rehearsal(embedding, segmentation, folding, 100 * loss)
 
     def _sound(self, embedding):
@@ -247,14 +271,14 @@ class _Run:
         if self.rehearsed:
             self.segmentation = self.rehearsed.segmentation
         else:
-            self.segmentation = self._grown(self.embedding, self._progress("segmentation", 0.0, 0.9))
+            self.segmentation = self._grown(self.embedding, self.target, self._progress("segmentation", 0.0, 0.9))
         if self.edits:
             self._edit()
         else:
             self._trace_surface()
 
-    def _grown(self, embedding, progress):
-        rooms = (self.character, self.target, embedding)
+    def _grown(self, embedding, target, progress):
+        rooms = (self.character, target, embedding)
         grown = self.tn.grow(*rooms, threads=self.options.threads, progress=lambda fraction, note="": progress(0.6 * fraction, note))
         return self.tn.transfer(grown, *rooms, threads=self.options.threads, progress=lambda fraction, note="": progress(0.6 + 0.4 * fraction, note))
 
@@ -300,16 +324,16 @@ class _Run:
             self.segmentation = self.tn.transfer_along(self.segmentation, self.character, self.target, self.embedding, self.path,
                                                        threads=self.options.threads, progress=self._progress("folding"))
             return
-        folding = self.rehearsed.folding if self.rehearsed else self._folded(self.embedding, self.segmentation, self._progress("folding"))
+        folding = self.rehearsed.folding if self.rehearsed else self._folded(self.embedding, self.target, self.segmentation, self._progress("folding"))
         self.path, self.segmentation = folding.path, folding.segmentation
         if self.cut_short:
             self._warn([f"The search for the fold's order was stopped after {self.options.fold_seconds:g} s: this machine is too slow or too busy for all that "
                         "was to be tried. The design is sound, but another run may give another one. Allow a longer search time"])
 
-    def _folded(self, embedding, segmentation, progress, **search):
+    def _folded(self, embedding, target, segmentation, progress, **search):
         seconds = self.options.fold_seconds
         search = {"expansions": max(1, round(EXPANSIONS_A_SECOND * seconds)), **search}
-        folding = self.tn.fold(segmentation, self.character, self.target, embedding, seconds=seconds, threads=self.options.threads, progress=progress, **search)
+        folding = self.tn.fold(segmentation, self.character, target, embedding, seconds=seconds, threads=self.options.threads, progress=progress, **search)
         self.cut_short = self.cut_short or folding.path.cut_short
         return folding
 
