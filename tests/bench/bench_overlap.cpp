@@ -1,8 +1,9 @@
 // One overlap evaluation of a pair of parts in one configuration: production, the paper to the letter, and FCL on the parts' meshes
 // (whether they meet, and all contacts; libfcl-dev). What the first choice of the greedy order asks: each joint unfolds by itself, and all pairs
-// that it turns against each other are looked at.
+// that it turns against each other are looked at, what of the lesser part is in the other.
 #include <cmath>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #ifdef BENCH_FCL
@@ -43,7 +44,8 @@ std::vector<Evaluation> evaluations_of(const Scene& scene) {
     const int steps = int(std::ceil(std::abs(folded[joint]) / (4 * FoldingOptions{}.largest_step_rad)));
     for (int i = 1; i <= steps; ++i) {
       const auto moved = reference::displacements(scene.character, scene.embedding, reference::angles_within(move, folded, double(i) / steps));
-      for (const auto& [a, b] : reference::pairs_turned(scene.character, move)) {
+      for (auto [a, b] : reference::pairs_turned(scene.character, move)) {
+        if (scene.parts.samples[b].points.size() < scene.parts.samples[a].points.size()) std::swap(a, b);
         const Eigen::Isometry3d a_to_b = moved[b].inverse() * moved[a];
         result.push_back({a, b, a_to_b, folding::in_lattice_units(a_to_b, scene.segmentation.shape)});
       }
