@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds and runs the benches (production against the paper to the letter) and writes their tables into docs/performance.md.
-# Takes some minutes. Needs libbenchmark-dev; pycma (pip's `cma`) is optional, its absence is said.
+# Takes a quarter of an hour. Needs libbenchmark-dev; libfcl-dev and pycma (pip's `cma`) are optional, their absence is said.
 #
 #   BENCH_LARGE=1            also growth at 256 voxels
 #   TRANSFORMABLES_PYTHON    a Python that has pycma (default /usr/bin/python3)
@@ -9,7 +9,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 build=${BENCH_BUILD:-build-bench}
 python=${TRANSFORMABLES_PYTHON:-/usr/bin/python3}
-benches=(bench_embedding bench_segmentation bench_folding)
+benches=(bench_embedding bench_segmentation bench_folding bench_overlap bench_finishing)
 
 if ! dpkg-query -W -f='${Status}' libbenchmark-dev 2>/dev/null | grep -q 'install ok installed'; then
   echo "bench: libbenchmark-dev is missing: apt-get install libbenchmark-dev" >&2

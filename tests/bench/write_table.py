@@ -82,8 +82,32 @@ def growth_table(results):
 
 
 def folding_table(results):
-    rows = [[grid, code, number(b["ms"]), number(b["overlap_pct"])] for (_, grid), codes in results.items() for code, b in codes.items()]
-    return ["### Folding", "", *table(["grid", "work", "ms", "overlap left, % of target"], rows)]
+    rows = []
+    for (_, grid), codes in results.items():
+        against = ratio(codes, "greedy_letter", "greedy_paper_cost")
+        for code, b in codes.items():
+            rows.append([grid, code, number(b["ms"]), number(against) if code == "greedy_paper_cost" else "", number(b["overlap_pct"])])
+    return ["### Folding", "", *table(["grid", "work", "ms", "times faster than greedy_letter", "overlap left, % of target"], rows)]
+
+
+def overlap_table(results):
+    rows = []
+    for (_, grid), codes in results.items():
+        each = {code: number(1e3 * b["ms"] / b["evaluations"]) for code, b in codes.items()}
+        codes_compared = ("paper", "fcl_boolean", "fcl_contacts")
+        rows.append([grid, *(each.get(code, "") for code in ("production", *codes_compared)), *(number(ratio(codes, code, "production")) for code in codes_compared)])
+    head = ["grid", "production, us", "paper, us", "FCL, whether they meet, us", "FCL, all contacts, us", "paper, ratio", "FCL, ratio", "FCL's contacts, ratio"]
+    lines = ["### One overlap evaluation of a pair of parts", "", *table(head, rows)]
+    if not any("fcl_boolean" in codes for codes in results.values()):
+        lines += ["", "libfcl-dev was not installed: not compared with FCL."]
+    return lines
+
+
+def carving_table(results):
+    rows = [[grid, f"{c['production']['samples']:.0f}", ms(c, "production"), ms(c, "paper"), number(ratio(c, "paper", "production")), number(c["production"]["carved_pct"]),
+             number(c["paper"]["carved_pct"]) if "paper" in c else ""] for (_, grid), c in results.items() if "production" in c]
+    head = ["grid", "samples", "production, ms", "paper, ms", "ratio", "carved, %", "paper carves, %"]
+    return ["### Carving along the greedy path", "", *table(head, rows)]
 
 
 def cma_table(path):
@@ -107,7 +131,9 @@ def measured(folder):
     some = next((json.loads(p.read_text())["context"] for p in sorted(folder.glob("bench_*.json"))), {})
     load_average = ", ".join(f"{x:.1f}" for x in some.get("load_avg", []))
     lines = [f"Measured on {datetime.date.today().isoformat()}: {cpu_name()}, {some.get('num_cpus', '?')} cores, load average {load_average or 'unknown'}.", ""]
-    for name, write in (("bench_embedding", evaluation_table), ("bench_segmentation", growth_table), ("bench_folding", folding_table)):
+    tables = {"bench_embedding": evaluation_table, "bench_segmentation": growth_table, "bench_folding": folding_table, "bench_overlap": overlap_table,
+              "bench_finishing": carving_table}
+    for name, write in tables.items():
         results = load(sorted(folder.glob(f"{name}*.json")))  # of part runs (--benchmark_filter) too
         lines += [*(write(results) if results else [f"### {name}", "", "Not measured."]), ""]
     cma = folder / "cma.json"

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 #include <vector>
 
 namespace transformables::reference {
@@ -32,6 +34,32 @@ struct Builder {
     return fitted(make_character(bones), target.volume, kLongestSide, 0.9 * target.distance.shape.step);
   }
 };
+
+/// An octahedron whose triangles are cut in four, again and again, and drawn to the ellipsoid.
+TriangleMesh ellipsoid_mesh(const Vector3d& half, int cuts) {
+  TriangleMesh mesh;
+  mesh.vertices = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  for (int n = 0; n < 8; ++n) {
+    const Eigen::Vector3i t(n & 1, 2 + (n >> 1 & 1), 4 + (n >> 2));
+    mesh.triangles.push_back((n ^ n >> 1 ^ n >> 2) & 1 ? Eigen::Vector3i(t[0], t[2], t[1]) : t);
+  }
+  for (int cut = 0; cut < cuts; ++cut) {
+    std::map<std::pair<int, int>, int> middles;
+    const auto middle = [&](int a, int b) {
+      const auto [at, fresh] = middles.try_emplace(std::minmax(a, b), int(mesh.vertices.size()));
+      if (fresh) mesh.vertices.push_back((mesh.vertices[a] + mesh.vertices[b]).normalized());
+      return at->second;
+    };
+    std::vector<Eigen::Vector3i> finer;
+    for (const Eigen::Vector3i& t : mesh.triangles) {
+      const Eigen::Vector3i m(middle(t[0], t[1]), middle(t[1], t[2]), middle(t[2], t[0]));
+      finer.insert(finer.end(), {m, {t[0], m[0], m[2]}, {t[1], m[1], m[0]}, {t[2], m[2], m[1]}});
+    }
+    mesh.triangles = std::move(finer);
+  }
+  for (Vector3d& v : mesh.vertices) v = v.cwiseProduct(half);
+  return mesh;
+}
 
 }  // namespace
 
@@ -82,7 +110,9 @@ double ellipsoid_distance(const Vector3d& half, Vector3d p) {
 Target ellipsoid(const Eigen::Vector3i& voxels) {
   const double step = kLongestSide / voxels.maxCoeff();
   const Vector3d half = 0.5 * step * voxels.cast<double>();
-  return target_of(half, step, [&](const Vector3d& p) { return ellipsoid_distance(half, p); });
+  Target target = target_of(half, step, [&](const Vector3d& p) { return ellipsoid_distance(half, p); });
+  target.mesh = ellipsoid_mesh(half, 5);
+  return target;
 }
 
 Character humanoid(const Target& target) {

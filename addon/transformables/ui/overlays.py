@@ -6,6 +6,7 @@ import gpu
 from gpu_extras.batch import batch_for_shader
 
 from . import preferences, viewport
+
 _points = []  # world space, two a line
 _batch = []   # made when first drawn, thrown away when the points change
 
