@@ -268,7 +268,8 @@ Parts Finisher::result(double before, double target_volume) && {
 Parts finish_here(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
                   const FoldPath& path, const FinishingOptions& options, const Progress& progress) {
   progress(0, "sampling parts");
-  const Lattice lattice = make_lattice(target, options);
+  Lattice lattice = make_lattice(target, options);
+  if (path.moves.empty()) lattice.gap = options.clearance;  // nothing moves between configurations
   std::vector<PartField> fields = make_part_fields(segmentation, character, embedding, options, lattice);
   const double before = double(total_inside(fields));
   const Scene scene{character, embedding, segmentation, path, options, lattice};

@@ -132,10 +132,23 @@ std::size_t swept_samples(const PartSamples& a, const PartField& b, const PairMo
 
 std::size_t overlapping_samples(const PartSamples& a, const PartField& b, const Rigid& a_to_b, float tolerance) {
   if (a.points.empty() || b.empty() || b.at(a_to_b(a.whole.centre)) > a.whole.radius - tolerance) return 0;
+  // Of a brick whose ball is clear of B's surface nothing counts, or all of it.
+  const auto side = [&](const PartSamples::Brick& brick) {
+    const float value = b.at(a_to_b(brick.centre)) + tolerance, reach = brick.radius + kUneven;
+    return value > reach ? 1 : value < -reach ? -1 : 0;
+  };
   std::size_t hits = 0;
+  auto small = a.small.begin();
   for (const auto& brick : a.bricks) {
-    if (b.at(a_to_b(brick.centre)) > brick.radius - tolerance) continue;
-    for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) hits += b.at(a_to_b(a.points[i])) < -tolerance;
+    const std::uint32_t end = brick.first + brick.count;
+    const int all = side(brick);
+    if (all < 0) hits += brick.count;
+    for (; small != a.small.end() && small->first < end; ++small) {
+      if (all != 0) continue;
+      const int some = side(*small);
+      if (some < 0) hits += small->count;
+      for (std::uint32_t i = small->first; some == 0 && i < small->first + small->count; ++i) hits += b.at(a_to_b(a.points[i])) < -tolerance;
+    }
   }
   return hits;
 }

@@ -44,6 +44,24 @@ TEST(Overlap, SkippingConfigurationsMissesNothingThatTryingAllFinds) {
   EXPECT_GT(found, 500u);
 }
 
+TEST(Overlap, CountingByBricksGivesWhatLookingAtEverySampleGives) {
+  const Made m = lidded(-kQuarter);
+  const folding::Parts parts = folding::parts_of(m.segmentation, m.target);
+  std::size_t found = 0;
+  for (int n = 0; n < 60; ++n) {
+    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+    motion.rotate(Eigen::AngleAxisd(0.1 * n, Vector3d(std::cos(n), std::sin(n), 0.5).normalized()));
+    motion.pretranslate(0.05 * Vector3d(std::sin(3.0 * n), std::cos(5.0 * n), std::sin(7.0 * n)));
+    const folding::Rigid a_to_b = folding::in_lattice_units(motion, m.segmentation.shape);
+    const auto& points = parts.samples[std::size_t(n % 3)].points;
+    const auto& field = parts.fields[std::size_t((n + 1) % 3)];
+    const auto every = std::size_t(std::count_if(points.begin(), points.end(), [&](const auto& p) { return field.at(a_to_b(p)) < -0.25f; }));
+    EXPECT_EQ(folding::overlapping_samples(parts.samples[std::size_t(n % 3)], field, a_to_b, 0.25f), every) << n;
+    found += every;
+  }
+  EXPECT_GT(found, 10000u);
+}
+
 TEST(Greedy, FindsNoOverlapWhenAHingeOpensFreely) {
   const FoldPath path = greedy(two_boxes(kQuarter));
   ASSERT_EQ(path.moves.size(), 1u);
