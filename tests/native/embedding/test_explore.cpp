@@ -2,7 +2,6 @@
 #include "cases.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "embedding/difference.h"
 
@@ -79,17 +78,14 @@ TEST(Explore, ForOneGivesWhatEmbedGives) {
 
 TEST(Explore, StopsWhenAsked) {
   const Target target = box_target({0.25, 0.2, 0.15});
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point asked;
   int ticks = 0;
   const Progress progress{[&](double fraction, std::string_view) {
     EXPECT_GE(fraction, 0);
     EXPECT_LE(fraction, 1);
-    asked = Clock::now();
     return ++ticks < 60;
   }};
   EXPECT_THROW(explore(armed(), target, {}, {}, progress), Cancelled);
-  EXPECT_LT(std::chrono::duration<double>(Clock::now() - asked).count(), 0.1);
+  EXPECT_EQ(ticks, 60) << "it does not go on to where it would ask again";
 }
 
 TEST(Explore, RefusesOptionsOutOfRange) {
