@@ -76,19 +76,24 @@ std::string percent(double share) {
   return text;
 }
 
-/// Fills each part's hollows. A part that sits in one could never come out: it is given up, and its room filled.
-/// @param changed  flags of the parts that were changed are set
+/// Fills hollows. A part that sits in one could never come out: it is given up, and its room filled.
+/// @param changed  flags of the parts that may have hollows; those of parts that are changed here are set
 void fill_hollows(std::vector<PartField>& parts, const Character& character, std::vector<char>& changed, std::vector<std::string>& warnings) {
-  for (PartField& part : parts) {
-    const std::vector<char> flags = hollows(part.psi);
-    if (flags.empty()) continue;
+  std::vector<std::vector<char>> found(parts.size());
+  tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t n) {
+    if (changed[n]) found[n] = hollows(parts[n].psi);
+  });
+  for (std::size_t n = 0; n < parts.size(); ++n) {
+    PartField& part = parts[n];
+    const std::vector<char>& flags = found[n];
+    if (flags.empty() || inside_count(part.psi) == 0) continue;
     for (PartField& other : parts) {
       if (&other == &part) continue;
       std::size_t enclosed = 0, all = 0;
-      for (std::size_t n = 0; n < other.psi.values.size(); ++n) {
-        if (!(other.psi[n] < 0)) continue;
+      for (std::size_t at = 0; at < other.psi.values.size(); ++at) {
+        if (!(other.psi[at] < 0)) continue;
         ++all;
-        const Eigen::Vector3i c = other.corner + other.shape().cell(n) - part.corner;
+        const Eigen::Vector3i c = other.corner + other.shape().cell(at) - part.corner;
         enclosed += part.shape().contains(c) && flags[part.shape().index(c)];
       }
       if (enclosed == 0 || enclosed < all) continue;
@@ -104,8 +109,10 @@ void fill_hollows(std::vector<PartField>& parts, const Character& character, std
   }
 }
 
-void redistance(std::vector<PartField>& parts) {
-  tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t n) { parts[n].distance = redistanced(parts[n].psi); });
+void redistance(std::vector<PartField>& parts, const std::vector<char>& wanted) {
+  tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t n) {
+    if (wanted[n]) parts[n].distance = redistanced(parts[n].psi);
+  });
 }
 
 std::size_t total_inside(const std::vector<PartField>& parts) {
@@ -151,12 +158,12 @@ class Finisher {
 };
 
 void Finisher::carve_all() {
-  for (PartField& field : fields_) dropped_[field.bone] += keep_core_piece(field.psi, field.core);
-  redistance(fields_);
+  tbb::parallel_for(std::size_t(0), fields_.size(), [&](std::size_t n) { dropped_[n] += keep_core_piece(fields_[n].psi, fields_[n].core); });
+  std::vector<char> all(fields_.size(), 1);
+  redistance(fields_, all);
   carve(scene_, fields_, dropped_, stage(progress_, 0.1, 0.55));
-  std::vector<char> changed(fields_.size(), 0);
-  fill_hollows(fields_, scene_.character, changed, warnings_);
-  redistance(fields_);
+  fill_hollows(fields_, scene_.character, all, warnings_);
+  redistance(fields_, all);
 }
 
 void Finisher::prove(double from, double to) {
@@ -189,12 +196,9 @@ bool Finisher::set_apart(int round) {
   }
   std::vector<char> carved = carve_again(scene_, demands, fields_, dropped_, stage(progress_, 0.72 + 0.02 * round, 0.72 + 0.02 * round));
   fill_hollows(fields_, scene_.character, carved, warnings_);
+  redistance(fields_, carved);
   bool any = false;
-  for (std::size_t n = 0; n < fields_.size(); ++n) {
-    changed[n] |= carved[n];
-    any = any || changed[n];
-    if (carved[n]) fields_[n].distance = redistanced(fields_[n].psi);
-  }
+  for (std::size_t n = 0; n < fields_.size(); ++n) any = (changed[n] |= carved[n]) || any;
   if (any) parts_ = mesher_.mesh(fields_, changed);
   return any;
 }
@@ -215,7 +219,8 @@ void Finisher::add_hinges() {
   progress_(0.93, "fitting hinges");
   const Certificate without = certificate_;
   hinges_.emplace(scene_, std::move(parts_), fields_);
-  changed_.assign(fields_.size(), 1);
+  changed_.assign(fields_.size(), 0);
+  for (const int bone : hinges_->pinned()) changed_[std::size_t(bone)] = changed_[std::size_t(scene_.character.bones[std::size_t(bone)].parent)] = 1;
   for (double at = 0.94;; at += 0.5 * (1 - at)) {
     parts_ = hinges_->parts();
     prove(at, at + 0.5 * (1 - at));
