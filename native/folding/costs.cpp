@@ -10,7 +10,10 @@ namespace transformables::folding {
 namespace {
 
 constexpr double kOpenAlready = 1e-6;  // radians
+constexpr double kMostSamples = 64;    // along the target's longest side: orders need no finer
 constexpr double kSameLevel = 0.12;    // radians: places nearer to one another are not worth telling apart
+
+int stride_of(const Target& target) { return std::max(1, int(kLongestSide / target.distance.shape.step / kMostSamples + 0.01)); }
 
 /// The hinge that mirrors another, with the sign that its angle takes.
 std::pair<int, double> mirrored_hinge(const Character& character, int angle) {
@@ -68,7 +71,8 @@ struct Costs::Task {
 };
 
 Costs::Costs(const Design& design, const FoldingOptions& options)
-    : design_(design), options_(options), units_(units_of(design, options)), parts_(parts_of(design.segmentation, design.target)) {
+    : design_(design), options_(options), units_(units_of(design, options)),
+      parts_(parts_of(design.segmentation, design.target, stride_of(design.target))) {
   const int bones = design.bones();
   const std::vector<int> bone_of = design.bone_of_angle();
   std::vector<std::vector<char>> below(bones);  // [b]: flags of the bones that turn with b

@@ -31,8 +31,8 @@ struct Edge {
   Step step;
 };
 
-/// Costs of moves in samples, computed once for each pair of parts and each relative motion: the motion of A against B depends
-/// on the joints between them in the tree alone.
+/// Costs of moves in samples (on fine grids in every second or third along each axis), computed once for each pair of parts and each
+/// relative motion: the motion of A against B depends on the joints between them in the tree alone.
 class Costs {
  public:
   Costs(const Design& design, const FoldingOptions& options);

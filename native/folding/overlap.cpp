@@ -58,12 +58,13 @@ PartField::PartField(const std::vector<std::int16_t>& owner, const GridShape& sh
 }
 
 PartSamples::PartSamples(const std::vector<std::int16_t>& owner, const GridShape& shape, const std::vector<std::size_t>& inside,
-                         int bone) {
+                         int bone, int stride) {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // small brick, those of a brick after each other; sample
   const Eigen::Vector3i bricks_along = shape.size / kBrick + Eigen::Vector3i::Ones();
   for (const std::size_t s : inside) {
     if (owner[s] != bone) continue;
-    const Eigen::Vector3i c = shape.cell(s), b = c / kBrick, d = c / kSmall;
+    const Eigen::Vector3i cell = shape.cell(s), c = cell / stride, b = c / kBrick, d = c / kSmall;
+    if (cell != stride * c) continue;
     const std::uint64_t brick = (std::uint64_t(b.z()) * bricks_along.y() + b.y()) * bricks_along.x() + b.x();
     order.push_back({8 * brick + std::uint64_t(d.x() % 2 + 2 * (d.y() % 2) + 4 * (d.z() % 2)), std::uint32_t(s)});
   }
@@ -153,7 +154,7 @@ std::size_t overlapping_samples(const PartSamples& a, const PartField& b, const 
   return hits;
 }
 
-Parts parts_of(const Segmentation& segmentation, const Target& target) {
+Parts parts_of(const Segmentation& segmentation, const Target& target, int stride) {
   const GridShape& shape = segmentation.shape;
   const int bones = int(segmentation.frames.size());
   constexpr float kNone = std::numeric_limits<float>::max();
@@ -175,7 +176,7 @@ Parts parts_of(const Segmentation& segmentation, const Target& target) {
   Parts parts;
   parts.fields.resize(bones), parts.samples.resize(bones);
   tbb::parallel_for(0, bones, [&](int bone) {
-    parts.samples[bone] = PartSamples(segmentation.owner, shape, target.inside, bone);
+    parts.samples[bone] = PartSamples(segmentation.owner, shape, target.inside, bone, stride);
     parts.fields[bone] = PartField(segmentation.owner, shape, bone);
     std::vector<float> psi(segmentation.phi[bone].values.empty() ? 0 : shape.count(), kNone);
     each_sample(bone, [&](std::size_t s, float v) {

@@ -99,7 +99,8 @@ struct PartSamples {
   Brick whole;                        ///< all of them
 
   PartSamples() = default;
-  PartSamples(const std::vector<std::int16_t>& owner, const GridShape& shape, const std::vector<std::size_t>& inside, int bone);
+  /// @param stride  along each axis only every so manieth sample is taken
+  PartSamples(const std::vector<std::int16_t>& owner, const GridShape& shape, const std::vector<std::size_t>& inside, int bone, int stride = 1);
 };
 
 /// Part A against part B through the configurations of one move.
@@ -137,6 +138,7 @@ struct Parts {
   std::vector<PartSamples> samples;
 };
 /// With the part fields of the tiling, (phi_i - min_j phi_j) / 2 within the target, near the surfaces.
-Parts parts_of(const Segmentation& segmentation, const Target& target);
+/// @param stride  of the samples; the fields have all
+Parts parts_of(const Segmentation& segmentation, const Target& target, int stride = 1);
 
 }  // namespace transformables::folding

@@ -62,6 +62,17 @@ TEST(Overlap, CountingByBricksGivesWhatLookingAtEverySampleGives) {
   EXPECT_GT(found, 10000u);
 }
 
+TEST(Overlap, OfSamplesTakenSparselyIsTheSameShareOfAll) {
+  const Made m = two_boxes(-kQuarter);
+  const folding::Design design{m.character, m.segmentation, m.target, m.embedding};
+  const folding::PairMotion motion = folding::SampledMove(design, m.embedding.pose.angles, {{{0, -kQuarter, 0}}}, 0.05).pair(1, 0);
+  const folding::Parts all = folding::parts_of(m.segmentation, m.target), few = folding::parts_of(m.segmentation, m.target, 2);
+  const double of_all = double(folding::swept_samples(all.samples[1], all.fields[0], motion, 0.25f));
+  const double of_few = double(folding::swept_samples(few.samples[1], few.fields[0], motion, 0.25f));
+  EXPECT_NEAR(8 * of_few / of_all, 1, 0.15);
+  EXPECT_EQ(folding::swept_samples(all.samples[1], all.fields[0], motion, 0.25f, nullptr, 10), 10u) << "counting ends when it is enough";
+}
+
 TEST(Greedy, FindsNoOverlapWhenAHingeOpensFreely) {
   const FoldPath path = greedy(two_boxes(kQuarter));
   ASSERT_EQ(path.moves.size(), 1u);
