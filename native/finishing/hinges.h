@@ -9,17 +9,11 @@
 
 #include "finishing/carve.h"
 #include "finishing/certificate.h"
+#include "finishing/joint_plan.h"
 #include "finishing/part.h"
 #include "finishing/part_field.h"
 
 namespace transformables::finishing {
-
-/// What a joint's hinge takes from its child's part and gives to its parent's, target frame, object mode.
-struct HingeSolids {
-  Eigen::Vector3d centre;
-  double radius = 0;      ///< at which the parent's body begins
-  TriangleMesh taken, given;
-};
 
 /// Finished parts with hinges. A joint for which there can't be one keeps its ball and socket.
 class Hinges {
