@@ -63,7 +63,7 @@ print_small() {
 if command -v admesh > /dev/null && command -v prusa-slicer > /dev/null; then
   part print print_small
 else
-  echo "NOT TRIED: parts were not checked for printing (apt-get install admesh prusa-slicer)"
+  skipped+=("parts were not checked for printing: apt-get install admesh prusa-slicer")
 fi
 
 for reason in "${skipped[@]}"; do echo "SKIPPED: $reason"; done

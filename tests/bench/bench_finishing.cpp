@@ -6,22 +6,10 @@
 #include "finishing/carve.h"
 #include "folding/folding.h"
 #include "reference/carving.h"
+#include "reference/dense.h"
 
 namespace transformables {
 namespace {
-
-reference::Solids dense(const std::vector<finishing::PartField>& fields, const GridShape& shape) {
-  reference::Solids solids{{}, {}, Grid<float>(shape, 1)};
-  for (const auto& field : fields) {
-    Grid<float> part(shape, 1), core(shape, 1);
-    for (std::size_t n = 0; n < field.psi.values.size(); ++n) {
-      const Eigen::Vector3i c = field.corner + field.shape().cell(n);
-      part.at(c) = field.distance[n], core.at(c) = field.core[n];
-    }
-    solids.parts.push_back(std::move(part)), solids.cores.push_back(std::move(core));
-  }
-  return solids;
-}
 
 double inside(const std::vector<Grid<float>>& parts) {
   double count = 0;
@@ -39,7 +27,7 @@ void carving(benchmark::State& state, const Eigen::Vector3i& grid, int refinemen
   options.refinement = refinement;
   const finishing::Lattice lattice = finishing::make_lattice(target, options);
   std::vector<finishing::PartField> fields = finishing::make_part_fields(segmentation, character, embedding, options, lattice);
-  reference::Solids solids = dense(fields, lattice.outer.shape);
+  reference::Solids solids = reference::dense(fields, lattice.outer.shape);
   const double before = inside(solids.parts);
   std::vector<std::size_t> dropped(fields.size(), 0);
   tbb::task_arena alone(1);
@@ -49,7 +37,7 @@ void carving(benchmark::State& state, const Eigen::Vector3i& grid, int refinemen
   }
   bench::describe(state, target, character);
   state.counters["samples"] = double(lattice.outer.shape.count());
-  if (!letter) solids = dense(fields, lattice.outer.shape);
+  if (!letter) solids = reference::dense(fields, lattice.outer.shape);
   state.counters["carved_pct"] = 100 * (1 - inside(solids.parts) / before);
 }
 

@@ -8,6 +8,7 @@
 #include "finishing/cases.h"
 #include "folding/cases.h"
 #include "reference/carving.h"
+#include "reference/dense.h"
 #include "reference/folding.h"
 
 namespace transformables {
@@ -38,18 +39,10 @@ struct Carved {
 };
 
 /// What shows is worth twice as much, as in production.
-reference::Solids dense(const std::vector<PartField>& fields, const finishing::Lattice& lattice) {
+reference::Solids weighed(const std::vector<PartField>& fields, const finishing::Lattice& lattice) {
   const GridShape& shape = lattice.outer.shape;
-  reference::Solids solids{{}, {}, Grid<float>(shape, 1)};
+  reference::Solids solids = reference::dense(fields, shape);
   for (std::size_t v = 0; v < shape.count(); ++v) solids.worth[v] = lattice.outer[v] > -2 * shape.step ? 2 : 1;
-  for (const PartField& field : fields) {
-    Grid<float> part(shape, 1), core(shape, 1);
-    for (std::size_t n = 0; n < field.psi.values.size(); ++n) {
-      const Eigen::Vector3i c = field.corner + field.shape().cell(n);
-      part.at(c) = field.distance[n], core.at(c) = field.core[n];
-    }
-    solids.parts.push_back(std::move(part)), solids.cores.push_back(std::move(core));
-  }
   return solids;
 }
 
@@ -61,7 +54,7 @@ Carved carved(const Case& at) {
   c.path = greedy(m);
   c.lattice = finishing::make_lattice(m.target, options);
   c.production = finishing::make_part_fields(m.segmentation, m.character, m.embedding, options, c.lattice);
-  c.before = c.letter = dense(c.production, c.lattice);
+  c.before = c.letter = weighed(c.production, c.lattice);
   std::vector<std::size_t> dropped(c.production.size(), 0);
   finishing::carve({m.character, m.embedding, m.segmentation, c.path, options, c.lattice}, c.production, dropped, {});
   for (const std::size_t samples : dropped) c.dropped += samples;

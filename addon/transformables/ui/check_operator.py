@@ -6,7 +6,8 @@ from . import fingerprint, session, settings
 
 
 class CheckOperator:
-    """Looks at the picked object of a stage, and keeps what it finds, in lines. A subclass names its stage and what to pick, and gives the lines."""
+    """Looks at the picked object of a stage, and keeps what it finds, in lines. A subclass names its stage and what to pick, and
+    has `findings(context, obj)`, which gives the lines and raises UserError."""
 
     bl_options = {"UNDO"}
     stage = ""
@@ -21,10 +22,6 @@ class CheckOperator:
             cls.poll_message_set("A design is running: wait for it, or press Esc to cancel it")
             return False
         return True
-
-    def findings(self, context, obj):
-        """Lines for the artist. @raises UserError"""
-        raise NotImplementedError
 
     def execute(self, context):
         scene = context.scene

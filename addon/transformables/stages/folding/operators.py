@@ -103,7 +103,10 @@ class TRANSFORMABLES_OT_hide_block(bpy.types.Operator):
 
 
 class _Remedy(JobOperator):
-    """Changes a setting for the sake of the chosen pair and designs again. When there is no new design, the setting goes back, too."""
+    """Changes a setting for the sake of the chosen pair and designs again. When there is no new design, the setting goes back, too.
+
+    A subclass has `change(scene, row)`, and `take_back(scene)`, which undoes that as far as the artist has not done so meanwhile.
+    """
 
     @classmethod
     def poll(cls, context):
@@ -111,14 +114,6 @@ class _Remedy(JobOperator):
             cls.poll_message_set("Choose a pair of the list first")
             return False
         return super().poll(context)
-
-    def change(self, scene, row):
-        """Changes the settings."""
-        raise NotImplementedError
-
-    def take_back(self, scene):
-        """Undoes `change`, as far as the user has not done so meanwhile."""
-        raise NotImplementedError
 
     def _begin(self, context):
         self.change(context.scene, blocks.chosen(context.scene))
