@@ -13,10 +13,10 @@ seam's points, n x 3, world units)}. Arrays: heads, tails, axes, vertices, rotat
 import importlib
 import time
 from array import array
-from typing import NamedTuple
 
-from . import blocks, kinematics, schedule, steering, together
+from . import kinematics, schedule, steering, together
 from .options import LONGEST_SIDE, DesignOptions, UserError
+from .rehearsal import Rehearsals
 
 UNTIL = ("embedding", "segmentation", "folding", "finishing")
 STAGES = ("character", "target", *UNTIL)
@@ -28,26 +28,12 @@ SHOWN_RESOLUTION = 96      # edges along the longest side: the division of the s
 DIVISION = {"vertices": "d", "triangles": "i", "bones": "i"}   # its arrays, each named division_...: world units, corners, an index into bodies or -1
 FINE = 96                  # voxels along the longest side, from which on a rehearsal takes too long: the best pose is taken as it is
 DIFFERENT = 0.15           # share of the target that goes to another bone, for poses to differ
-GOOD_ENOUGH_PCT = 2.5      # of the target, carved: the next pose is not tried then
-APART = 10.0               # how much more the pairs' share counts that are to be kept apart
 EXPANSIONS_A_SECOND = 150  # moves that the search for the fold's order may try, for each second of its target time: few enough for most machines
-ROUGHLY = {"rounds": 1, "expansions": 200}   # how well the unfolding of each is searched, to tell them apart
-ROUGH_RESOLUTION = 40      # voxels along the longest side, for that: enough to rank poses as the design's own grid does
-SAME_TARGET = {"place": 1e-3, "volume": 0.1}   # target units, share: by which a coarser target may differ
 TOUCHING_BONES = 1e-4       # target units: capsules that are less deep in one another do not collide
 ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
 PROVED_AGAIN = 0.999       # of the gap that is proved, that joints which turn together must keep: proofs differ by rounding
 LEAST_ENOUGH = 1e-4        # target units: a proof looks at least that far
 EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "value", "symmetric", "deepest_protrusion", "deepest_collision")
-
-
-class Rehearsal(NamedTuple):
-    """A folded pose, how it divides the target, how that unfolds, and what carving would take, as a share of the target; what it
-    would take from pairs that are to be kept apart counts more."""
-    embedding: object
-    segmentation: object
-    folding: object
-    loss_pct: float
 
 
 class Cancelled(Exception):
@@ -168,72 +154,19 @@ class _Run:
             self.solutions = [self._solution(embedding) for embedding in found]
 
     def _search_and_rehearse(self, search):
-        """Some poses that differ; the one that seems to lose least to carving is taken, or the next when it loses much after all: carving is
-        rehearsed on samples. Skeletons that stick out of the target, or through themselves, are the last resort, and poses that leave painted
-        regions to other bones are not asked for what they lose. A rival is rehearsed, too."""
+        """Some poses that differ, and of them (and a rival, should there be one) the one that loses least when it is rehearsed."""
         search["progress"] = self._progress("embedding", 0.0, 0.4)
-        self.apart = steering.pairs_apart(self.job.get("steering") or {}, self._bodies())
+        apart = steering.pairs_apart(self.job.get("steering") or {}, self._bodies())
         rival = self._stored_embedding(self.stored["rival"]) if self.stored.get("rival") else None
-        tried = TRIED if self.options.resolution < FINE or self.apart else 1
+        tried = TRIED if self.options.resolution < FINE or apart else 1
         found = self.tn.explore(self.character, self.target, count=tried, least_difference=DIFFERENT, evaluations=EVALUATIONS, **search)
         self._tell_pose(found[0])
-        sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
-        closest = min(embedding.missed for embedding in sound) + LONGEST_SIDE / self.options.resolution
-        sound = [embedding for embedding in sound if embedding.missed <= closest]
-        tries = [*self._two_best(sound), *([rival] if rival else [])]
-        for k, embedding in enumerate(tries):
-            rehearsal = self._rehearsal(embedding, self.target, self._progress("embedding", 0.6 + 0.4 * k / len(tries), 0.6 + 0.4 * (k + 1) / len(tries)))
-            if self.rehearsed is None or rehearsal.loss_pct < self.rehearsed.loss_pct:
-                self.rehearsed = rehearsal
-            if rehearsal.loss_pct < GOOD_ENOUGH_PCT and not rival:
-                break
+        rehearsals = Rehearsals(self.tn, self.target, self.options, apart, self._grown, self._folded, self._made_target)
+        self.rehearsed = rehearsals.best(found, rival, self._progress("embedding", 0.4, 1.0))
         self.embedding = self.rehearsed.embedding
         if self.embedding is rival:
             self.stored["embedding"] = self.stored["rival"]
             self._warn(["No better folded pose was found, so the present one was kept. Try again: every search looks elsewhere"])
-
-    def _two_best(self, embeddings):
-        """Of several poses the two that lose least when they are rehearsed roughly, on a coarse grid."""
-        if len(embeddings) < 2:
-            return embeddings
-        rough, target, share = [], self._coarse_target(), 0.2 / len(embeddings)
-        for k, embedding in enumerate(embeddings):
-            rough.append(self._rough_rehearsal(embedding, target, self._progress("embedding", 0.4 + k * share, 0.4 + (k + 1) * share)))
-        rough.sort(key=lambda rehearsal: rehearsal.loss_pct)
-        return [rehearsal.embedding for rehearsal in rough[:2]]
-
-    def _coarse_target(self):
-        """The target on a coarse grid; the target itself where it is coarse already, or too much of it would be lost."""
-        if self.options.resolution <= ROUGH_RESOLUTION:
-            return self.target
-        try:
-            coarse = self._made_target(ROUGH_RESOLUTION, self._progress("embedding", 0.4, 0.4))
-        except self.tn.InvalidInput:  # too thin for that
-            return self.target
-        places = [abs(a - b) * self.target.scale for a, b in zip(coarse.centre, self.target.centre)] + [abs(coarse.scale / self.target.scale - 1)]
-        alike = max(places) < SAME_TARGET["place"] and abs(coarse.volume / self.target.volume - 1) < SAME_TARGET["volume"]
-        return coarse if alike else self.target
-
-    def _rough_rehearsal(self, embedding, target, progress):
-        try:
-            return self._rehearsal(embedding, target, progress, **ROUGHLY)
-        except self.tn.Infeasible:
-            if target is self.target:
-                raise
-            return self._rehearsal(embedding, self.target, progress, **ROUGHLY)  # there is room for every bone on the fine grid only
-
-    def _rehearsal(self, embedding, target, progress, **search):
-        segmentation = self._grown(embedding, target, lambda fraction, note="": progress(0.3 * fraction, note))
-        folding = self._folded(embedding, target, segmentation, lambda fraction, note="": progress(0.3 + 0.7 * fraction, note), **search)
-        loss = folding.carving_after / target.volume
-        if self.apart:
-            path = {"collisions": folding.path.collisions}
-            loss += APART * sum(blocks.share_of(path, pair, target.volume) for pair in self.apart)
-        return Rehearsal(embedding, segmentation, folding, 100 * loss)
-
-    def _sound(self, embedding):
-        least = LONGEST_SIDE / self.options.resolution
-        return embedding.deepest_protrusion < least and embedding.deepest_collision < least
 
     def _steering(self):
         wanted = self.job.get("steering") or {}

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The choice of a folded pose: each is divided and unfolded on trial, and the one that loses least to carving is taken."""
+from typing import NamedTuple
+
+from . import blocks
+from .options import LONGEST_SIDE
+
+GOOD_ENOUGH_PCT = 2.5      # of the target, carved: the next pose is not tried then
+APART = 10.0               # how much more the pairs' share counts that are to be kept apart
+ROUGHLY = {"rounds": 1, "expansions": 200}   # how well the unfolding of each is searched, to tell them apart
+ROUGH_RESOLUTION = 40      # voxels along the longest side, for that: enough to rank poses as the design's own grid does
+SAME_TARGET = {"place": 1e-3, "volume": 0.1}   # target units, share: by which a coarser target may differ
+
+
+class Rehearsal(NamedTuple):
+    """A folded pose, how it divides the target, how that unfolds, and what carving would take, as a share of the target; what it
+    would take from pairs that are to be kept apart counts more."""
+    embedding: object
+    segmentation: object
+    folding: object
+    loss_pct: float
+
+
+def _part(progress, start, end):
+    return lambda fraction, note="": progress(start + (end - start) * fraction, note)
+
+
+class Rehearsals:
+    """`apart` are pairs of bodies that are to be kept apart; grow(embedding, target, progress), fold(embedding, target, segmentation, progress, **search)
+    and make_target(resolution, progress) do the work as core/pipeline.py does it."""
+
+    def __init__(self, native, target, options, apart, grow, fold, make_target):
+        self.tn, self.target, self.options, self.apart = native, target, options, apart
+        self.grow, self.fold, self.make_target = grow, fold, make_target
+
+    def best(self, found, rival, progress):
+        """The Rehearsal that loses least: of the two best of those found, or the first when it loses little, and of a rival, should there be one.
+
+        Skeletons that stick out of the target, or through themselves, are the last resort, and poses that leave painted regions to other bones
+        are not asked for what they lose.
+        """
+        sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
+        closest = min(embedding.missed for embedding in sound) + LONGEST_SIDE / self.options.resolution
+        sound = [embedding for embedding in sound if embedding.missed <= closest]
+        tries = [*self._two_best(sound, _part(progress, 0.0, 1 / 3)), *([rival] if rival else [])]
+        best = None
+        for k, embedding in enumerate(tries):
+            rehearsal = self._rehearsal(embedding, self.target, _part(progress, (1 + 2 * k / len(tries)) / 3, (1 + 2 * (k + 1) / len(tries)) / 3))
+            if best is None or rehearsal.loss_pct < best.loss_pct:
+                best = rehearsal
+            if rehearsal.loss_pct < GOOD_ENOUGH_PCT and not rival:
+                break
+        return best
+
+    def _two_best(self, embeddings, progress):
+        """Of several poses the two that lose least when they are rehearsed roughly, on a coarse grid."""
+        if len(embeddings) < 2:
+            return embeddings
+        rough, target = [], self._coarse_target(progress)
+        for k, embedding in enumerate(embeddings):
+            rough.append(self._rough_rehearsal(embedding, target, _part(progress, k / len(embeddings), (k + 1) / len(embeddings))))
+        rough.sort(key=lambda rehearsal: rehearsal.loss_pct)
+        return [rehearsal.embedding for rehearsal in rough[:2]]
+
+    def _coarse_target(self, progress):
+        """The target on a coarse grid; the target itself where it is coarse already, or too much of it would be lost."""
+        if self.options.resolution <= ROUGH_RESOLUTION:
+            return self.target
+        try:
+            coarse = self.make_target(ROUGH_RESOLUTION, _part(progress, 0.0, 0.0))
+        except self.tn.InvalidInput:  # too thin for that
+            return self.target
+        places = [abs(a - b) * self.target.scale for a, b in zip(coarse.centre, self.target.centre)] + [abs(coarse.scale / self.target.scale - 1)]
+        alike = max(places) < SAME_TARGET["place"] and abs(coarse.volume / self.target.volume - 1) < SAME_TARGET["volume"]
+        return coarse if alike else self.target
+
+    def _rough_rehearsal(self, embedding, target, progress):
+        try:
+            return self._rehearsal(embedding, target, progress, **ROUGHLY)
+        except self.tn.Infeasible:
+            if target is self.target:
+                raise
+            return self._rehearsal(embedding, self.target, progress, **ROUGHLY)  # there is room for every bone on the fine grid only
+
+    def _rehearsal(self, embedding, target, progress, **search):
+        segmentation = self.grow(embedding, target, _part(progress, 0.0, 0.3))
+        folding = self.fold(embedding, target, segmentation, _part(progress, 0.3, 1.0), **search)
+        loss = folding.carving_after / target.volume
+        if self.apart:
+            path = {"collisions": folding.path.collisions}
+            loss += APART * sum(blocks.share_of(path, pair, target.volume) for pair in self.apart)
+        return Rehearsal(embedding, segmentation, folding, 100 * loss)
+
+    def _sound(self, embedding):
+        least = LONGEST_SIDE / self.options.resolution
+        return embedding.deepest_protrusion < least and embedding.deepest_collision < least
