@@ -7,19 +7,14 @@
 
 #include "finishing/motion.h"
 #include "finishing/sweep.h"
-#include "finishing/thin.h"
 #include "finishing/topology.h"
 
 namespace transformables::finishing {
 namespace {
 
-constexpr double kReach = 1.5;      ///< steps beyond the gap to which swept values are known, so that carving interpolates
 constexpr double kWindow = 0.6;     ///< steps: at least one sample is as near to any surface
-constexpr double kThinnest = 0.0034; ///< target units: 1 mm of 150 mm
 constexpr double kAround = 0.025;     ///< target units about a place that is carved again: reaches the next one that is told (pair_proof.cpp)
 constexpr double kNoise = 0.05;     ///< steps by which two first-order distances may seem to fall short of a gap
-
-double reach_of(const Lattice& lattice, double gap) { return gap + kReach * lattice.step(); }
 
 /// How near the two parts come: at a place between them, the sum of its distances to both. Places further from one
 /// of them than half a step beyond the middle of the gap tell nothing that a nearer one does not tell better.
@@ -28,12 +23,12 @@ struct Nearest {
   std::int32_t where = 0;
 };
 
-Nearest nearest(const PartField& part, const Swept& swept, const Lattice& lattice, double gap) {
+Nearest nearest(const PartField& part, const Bricks& bricks, const Swept& swept, const Lattice& lattice, double gap) {
   Nearest best;
   const float window = float(gap / 2 + kWindow * lattice.step());
   for (std::size_t n = 0; n < swept.least.size(); ++n)
-    if (swept.least[n] < window && part.distance[n] < window && part.distance[n] + swept.least[n] < best.gap)
-      best = {part.distance[n] + swept.least[n], swept.where[n]};
+    if (const float own = part.bound(bricks.samples[n]); swept.least[n] < window && own < window && own + swept.least[n] < best.gap)
+      best = {own + swept.least[n], swept.where[n]};
   return best;
 }
 
@@ -55,7 +50,7 @@ std::vector<char> mask_around(const PartField& part, const std::vector<Eigen::Ve
 
 /// What a part would be after giving way.
 struct Trial {
-  Grid<float> psi;
+  Grid<float> inner, psi;
   double lost = 0;          ///< samples, those near the outer surface twice
   std::size_t dropped = 0;  ///< samples of pieces cut off
 };
@@ -80,42 +75,52 @@ double weight_of(const PartField& part, const Grid<float>& psi, const Lattice& l
 /// How a pair is carved.
 struct Manner {
   double gap = 0;
-  bool exact = false;   ///< beside what goes, a part's distance takes the place of its field, which may be steeper and so hide what is too near
+  bool exact = false;   ///< beside what goes, a part's distance takes the place of its inner field, which may be steeper and so hide what is too near
 };
 
-Trial try_carving(const PartField& part, const Swept& swept, const Lattice& lattice, const Manner& manner, bool shielded) {
+Trial try_carving(const PartField& part, const Bricks& bricks, const Swept& swept, const Lattice& lattice, const Manner& manner, bool shielded) {
   Trial trial;
+  trial.inner = part.inner;
   trial.psi = part.psi;
   const float gap = float(manner.gap), beside = gap + float(lattice.step());
   for (std::size_t n = 0; n < swept.least.size(); ++n) {
     if (swept.least[n] >= swept.reach) continue;
-    const float value = manner.exact && swept.least[n] < beside ? part.distance[n] : part.psi[n];
-    trial.psi[n] = given_way(value, swept.least[n], part.core[n], gap, shielded);
+    const std::uint32_t at = bricks.samples[n];
+    const float value = manner.exact && swept.least[n] < beside ? part.distance[at] : part.inner[at];
+    trial.inner[at] = given_way(value, swept.least[n], part.core[at], gap, shielded);
+    trial.psi[at] = std::max(trial.inner[at], part.outer[at]);
   }
   trial.dropped = keep_core_piece(trial.psi, part.core);
   trial.lost = weight_of(part, part.psi, lattice) - weight_of(part, trial.psi, lattice);
   return trial;
 }
 
-void apply(PartField& part, Trial&& trial, const Swept& swept, float gap, bool shielded) {
+void apply(PartField& part, const Bricks& bricks, Trial&& trial, const Swept& swept, float gap, bool shielded) {
   for (std::size_t n = 0; n < swept.least.size(); ++n) {
     if (swept.least[n] >= swept.reach) continue;
-    part.distance[n] = given_way(part.distance[n], swept.least[n], part.core[n], gap, shielded);
-    if (!shielded) part.core[n] = std::max(part.core[n], gap - swept.least[n]);
+    const std::uint32_t at = bricks.samples[n];
+    part.distance[at] = given_way(part.distance[at], swept.least[n], part.core[at], gap, shielded);
+    part.psi[at] = std::max(trial.inner[at], part.outer[at]);
+    if (!shielded) part.core[at] = std::max(part.core[at], gap - swept.least[n]);
   }
-  part.psi = std::move(trial.psi);
+  part.inner = std::move(trial.inner);
+  if (trial.dropped == 0) return;
   // Dropped pieces are no longer there to keep others away.
-  if (trial.dropped > 0) part.distance = redistanced(part.psi);
+  adopt(part, std::move(trial.psi));
+  refresh(part);
 }
+
+/// A part and the samples of it that may go.
+struct Side {
+  PartField* part = nullptr;
+  const Bricks* bricks = nullptr;
+};
 
 class PairCarver {
  public:
-  /// @param demand  where, and how much further apart than usual; null: all over, and no further
-  PairCarver(const Scene& scene, const MoveMotion& motion, PartField& a, PartField& b, const Demand* demand)
-      : lattice_(scene.lattice), motion_(motion), manner_{scene.lattice.gap + (demand ? demand->extra : 0), demand != nullptr} {
-    a_ = {&a, demand ? mask_around(a, a.bone < b.bone ? demand->on_a : demand->on_b) : std::vector<char>{}};
-    b_ = {&b, demand ? mask_around(b, a.bone < b.bone ? demand->on_b : demand->on_a) : std::vector<char>{}};
-    if (b.shape().count() < a.shape().count()) std::swap(a_, b_);
+  PairCarver(const Scene& scene, const MoveMotion& motion, Side a, Side b, Manner manner)
+      : lattice_(scene.lattice), motion_(motion), a_(a), b_(b), manner_(manner) {
+    if (b.part->shape().count() < a.part->shape().count()) std::swap(a_, b_);
   }
 
   /// Makes the pair free of collisions in this move; false when it was already.
@@ -134,21 +139,16 @@ class PairCarver {
   }
 
  private:
-  struct Side {
-    PartField* part = nullptr;
-    std::vector<char> mask;   // samples that may go; empty: all
-  };
-
   Swept swept(const Side& a, const Side& b) const {
-    return sweep(*a.part, b.part->distance, PairConfigurations(motion_, *a.part, *b.part), lattice_.cover, reach_of(lattice_, manner_.gap), a.mask);
+    return sweep(*a.part, *a.bricks, *b.part, PairConfigurations(motion_, *a.part, *b.part), lattice_.cover, reach_of(lattice_, manner_.gap));
   }
   bool collide(const Side& side, const Swept& s) const {
-    return nearest(*side.part, s, lattice_, manner_.gap).gap < manner_.gap - kNoise * lattice_.step();
+    return nearest(*side.part, *side.bricks, s, lattice_, manner_.gap).gap < manner_.gap - kNoise * lattice_.step();
   }
-  Trial trial(const Side& side, const Swept& s, bool shielded) const { return try_carving(*side.part, s, lattice_, manner_, shielded); }
+  Trial trial(const Side& side, const Swept& s, bool shielded) const { return try_carving(*side.part, *side.bricks, s, lattice_, manner_, shielded); }
   void take(const Side& side, Trial&& done, const Swept& s, bool shielded, std::vector<std::size_t>& dropped) const {
     dropped[side.part->bone] += done.dropped;
-    apply(*side.part, std::move(done), s, float(manner_.gap), shielded);
+    apply(*side.part, *side.bricks, std::move(done), s, float(manner_.gap), shielded);
   }
   void yield(const Side& side, const Side& other, bool shielded, std::vector<std::size_t>& dropped) const {
     const Swept s = swept(side, other);
@@ -179,6 +179,12 @@ std::vector<std::pair<int, int>> near_pairs(const MoveMotion& motion, const std:
   return pairs;
 }
 
+std::vector<Bricks> all_bricks(const std::vector<PartField>& parts, double reach) {
+  std::vector<Bricks> bricks(parts.size());
+  tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t n) { bricks[n] = bricks_of(parts[n], reach); });
+  return bricks;
+}
+
 /// Calls f(move index, its motion, pairs that can meet) along the path.
 template <class F>
 void for_each_move(const Scene& scene, const std::vector<PartField>& parts, double reach, const Progress& progress, const char* note, F&& f) {
@@ -195,7 +201,7 @@ double overlap_at(const PartField& a, const PartField& b, const PairConfiguratio
   std::size_t count = 0;
   const GridShape& s = a.shape();
   for (std::size_t n = 0; n < s.count(); ++n)
-    if (a.distance[n] < 0 && value_at(b.distance, configurations(where, s.cell(n).cast<float>())) < 0) ++count;
+    if (a.psi[n] < 0 && value_at(b, configurations(where, s.cell(n).cast<float>())) < 0) ++count;
   return double(count) * lattice.sample_volume();
 }
 
@@ -203,13 +209,11 @@ double overlap_at(const PartField& a, const PartField& b, const PairConfiguratio
 
 void carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, const Progress& progress) {
   const double reach = reach_of(scene.lattice, scene.lattice.gap);
+  const std::vector<Bricks> bricks = all_bricks(parts, reach);
   for_each_move(scene, parts, reach, progress, "carving along the path", [&](std::size_t, const MoveMotion& motion, const auto& pairs) {
     for (const auto& [a, b] : pairs)
-      PairCarver(scene, motion, parts[a], parts[b], nullptr).resolve(dropped);
+      PairCarver(scene, motion, {&parts[a], &bricks[a]}, {&parts[b], &bricks[b]}, {scene.lattice.gap, false}).resolve(dropped);
   });
-  // The walls of a shell are thin on purpose.
-  if (scene.options.style == Style::kSolid)
-    tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t n) { take_thin(parts[n], kThinnest); });
 }
 
 std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::vector<PartField>& parts, std::vector<std::size_t>& dropped,
@@ -218,11 +222,18 @@ std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::v
   double extra = 0;
   for (const auto& [pair, demand] : demands) extra = std::max(extra, demand.extra);
   const double reach = reach_of(scene.lattice, scene.lattice.gap + extra);
+  std::map<std::pair<int, int>, std::pair<Bricks, Bricks>> around;
+  for (const auto& [pair, demand] : demands) {
+    const PartField &a = parts[std::size_t(pair.first)], &b = parts[std::size_t(pair.second)];
+    around[pair] = {bricks_of(a, reach, mask_around(a, demand.on_a)), bricks_of(b, reach, mask_around(b, demand.on_b))};
+  }
   for_each_move(scene, parts, reach, progress, "carving where parts are too near", [&](std::size_t, const MoveMotion& motion, const auto& pairs) {
     for (const auto& [a, b] : pairs) {
-      const auto found = demands.find(std::minmax(parts[a].bone, parts[b].bone));
+      const auto found = demands.find({a, b});
       if (found == demands.end()) continue;
-      if (PairCarver(scene, motion, parts[a], parts[b], &found->second).resolve(dropped)) changed[a] = changed[b] = 1;
+      const auto& [on_a, on_b] = around.at({a, b});
+      const Manner manner{scene.lattice.gap + found->second.extra, true};
+      if (PairCarver(scene, motion, {&parts[a], &on_a}, {&parts[b], &on_b}, manner).resolve(dropped)) changed[a] = changed[b] = 1;
     }
   });
   return changed;
@@ -230,13 +241,15 @@ std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::v
 
 Measured measure(const Scene& scene, const std::vector<PartField>& parts, const Progress& progress) {
   const double gap = scene.lattice.gap, reach = reach_of(scene.lattice, gap);
+  const std::vector<Bricks> bricks = all_bricks(parts, reach);
   Measured measured{{}, reach};
   for_each_move(scene, parts, reach, progress, "measuring the finished parts", [&](std::size_t m, const MoveMotion& motion, const auto& pairs) {
     for (const auto& [i, j] : pairs) {
       const bool swap = parts[j].shape().count() < parts[i].shape().count();
       const PartField &a = parts[swap ? j : i], &b = parts[swap ? i : j];
+      const Bricks& of_a = bricks[swap ? j : i];
       const PairConfigurations configurations(motion, a, b);
-      const Nearest found = nearest(a, sweep(a, b.distance, configurations, scene.lattice.cover, reach), scene.lattice, gap);
+      const Nearest found = nearest(a, of_a, sweep(a, of_a, b, configurations, scene.lattice.cover, reach), scene.lattice, gap);
       measured.least_gap = std::min(measured.least_gap, double(found.gap));
       if (found.gap >= 0) continue;
       measured.collisions.push_back({std::min(a.bone, b.bone), std::max(a.bone, b.bone), m, double(found.where) / motion.last(),

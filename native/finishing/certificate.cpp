@@ -5,10 +5,12 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <tuple>
 
@@ -21,6 +23,7 @@ namespace {
 
 using namespace finishing;
 
+constexpr double kRelativeRounding = 1e-6;
 constexpr std::size_t kTasksAtOnce = 400;   ///< between two looks at whether to go on: a second or two
 
 void demand(bool holds, const std::string& text) {
@@ -105,7 +108,37 @@ struct Solid {
   int bone = 0;
   BoxTree tree;
   std::vector<Eigen::Vector3d> points;
+  std::optional<BoxTree> fresh{};   ///< triangles that an earlier certificate does not know; empty: it knows all
 };
+
+using Corners = std::array<double, 9>;
+
+/// A mesh's triangles as numbers, each beginning with its least corner.
+std::vector<Corners> corners_of(const TriangleMesh& mesh) {
+  std::vector<Corners> all;
+  for (const auto& t : mesh.triangles) {
+    Corners best;
+    for (int first = 0; first < 3; ++first) {
+      Corners c;
+      for (int k = 0; k < 9; ++k) c[std::size_t(k)] = mesh.vertices[std::size_t(t[(first + k / 3) % 3])][k % 3];
+      if (first == 0 || c < best) best = c;
+    }
+    all.push_back(best);
+  }
+  return all;
+}
+
+/// The triangles of a part that were not there before.
+std::optional<BoxTree> fresh_of(const TriangleMesh& now, const TriangleMesh& before) {
+  if (now.vertices == before.vertices && now.triangles == before.triangles) return std::nullopt;
+  std::vector<Corners> old = corners_of(before);
+  std::sort(old.begin(), old.end());
+  const std::vector<Corners> all = corners_of(now);
+  TriangleMesh fresh{now.vertices, {}};
+  for (std::size_t n = 0; n < all.size(); ++n)
+    if (!std::binary_search(old.begin(), old.end(), all[n])) fresh.triangles.push_back(now.triangles[n]);
+  return fresh.triangles.empty() ? std::nullopt : std::optional(box_tree(fresh));
+}
 
 /// Which pairs are wanted.
 class Wanted {
@@ -120,13 +153,18 @@ class Wanted {
   std::vector<std::pair<int, int>> pairs_;
 };
 
-std::vector<Solid> solids_of(const std::vector<Part>& parts, const Wanted& wanted) {
+/// @param before  parts that an earlier certificate was made for; null: there is none
+std::vector<Solid> solids_of(const std::vector<Part>& parts, const Wanted& wanted, const std::vector<Part>* before) {
   std::vector<const Part*> chosen;
   for (const Part& part : parts)
     if (wanted.part(part.bone)) chosen.push_back(&part);
   std::vector<Solid> solids(chosen.size());
   tbb::parallel_for(std::size_t(0), solids.size(), [&](std::size_t n) {
-    solids[n] = {chosen[n]->bone, box_tree(chosen[n]->mesh), piece_points(chosen[n]->mesh)};
+    const Part& part = *chosen[n];
+    solids[n] = {part.bone, box_tree(part.mesh), piece_points(part.mesh)};
+    if (!before) return;
+    const auto old = std::find_if(before->begin(), before->end(), [&](const Part& p) { return p.bone == part.bone; });
+    if (old != before->end()) solids[n].fresh = fresh_of(part.mesh, old->mesh);
   });
   std::sort(solids.begin(), solids.end(), [](const Solid& a, const Solid& b) { return a.bone < b.bone; });
   return solids;
@@ -153,28 +191,64 @@ struct Outcome {
   long steps = 0;
 };
 
-Outcome prove(const Task& task, const CertificateOptions& options) {
+/// Rows over the same time, each with the lower of two bounds.
+std::vector<CertifiedInterval> lower_of(const std::vector<CertifiedInterval>& first, const std::vector<CertifiedInterval>& second) {
+  std::vector<CertifiedInterval> rows;
+  for (std::size_t i = 0, j = 0; i < first.size() && j < second.size();) {
+    CertifiedInterval row = first[i];
+    row.t0 = rows.empty() ? 0 : rows.back().t1;
+    row.t1 = std::min(first[i].t1, second[j].t1);
+    row.bound = std::min(first[i].bound, second[j].bound);
+    if (row.t1 > row.t0) rows.push_back(row);
+    const double end = row.t1;
+    i += first[i].t1 <= end;
+    j += second[j].t1 <= end;
+  }
+  return rows;
+}
+
+/// Proves two sets of triangles apart, and adds what comes of it to an outcome.
+void prove_between(const BoxTree& a, const BoxTree& b, const Task& task, const CertificateOptions& options, Outcome& outcome) {
+  PairProof proof(a, b, task.motion, options);
+  const bool proved = proof.run();
+  outcome.steps += proof.steps();
+  std::vector<CertifiedInterval> rows;
+  for (const auto& row : proof.rows())
+    if (row.bound > 0) rows.push_back({task.move, task.a->bone, task.b->bone, row.t0, row.t1, row.bound});
+  outcome.rows = outcome.rows.empty() ? std::move(rows) : lower_of(outcome.rows, rows);
+  for (const auto& touch : proof.touches())
+    outcome.open.push_back({task.move, task.a->bone, task.b->bone, touch.time, touch.distance, Uncertified::Reason::kTouching, touch.on_a, touch.on_b});
+  if (!proved && proof.touches().empty())
+    outcome.open.push_back({task.move, task.a->bone, task.b->bone, proof.nearest_time(), proof.nearest_distance(), Uncertified::Reason::kUnresolved});
+}
+
+/// @param known  what was found out before about triangles that are not fresh; null: nothing
+Outcome prove(const Task& task, const CertificateOptions& options, const Outcome* known) {
+  const bool all = !known || !known->open.empty();
+  const Solid &a = *task.a, &b = *task.b;
+  if (!all && !a.fresh && !b.fresh) return *known;
   Outcome outcome;
-  const std::size_t move = task.move;
-  const int a = task.a->bone, b = task.b->bone;
-  if (move == 0) {
+  if (task.move == 0) {
     const Instant start = task.motion.at(0);
     Eigen::Isometry3d into_b(start.turn);
     into_b.translation() = start.shift;
-    if (holds_a_piece(*task.b, *task.a, into_b) || holds_a_piece(*task.a, *task.b, into_b.inverse(Eigen::Isometry))) {
-      outcome.open.push_back({move, a, b, 0, 0, Uncertified::Reason::kInside});
+    if (holds_a_piece(b, a, into_b) || holds_a_piece(a, b, into_b.inverse(Eigen::Isometry))) {
+      outcome.open.push_back({task.move, a.bone, b.bone, 0, 0, Uncertified::Reason::kInside});
       return outcome;
     }
   }
-  PairProof proof(task.a->tree, task.b->tree, task.motion, options);
-  const bool proved = proof.run();
-  outcome.steps = proof.steps();
-  for (const auto& row : proof.rows())
-    if (row.bound > 0) outcome.rows.push_back({move, a, b, row.t0, row.t1, row.bound});
-  for (const auto& touch : proof.touches())
-    outcome.open.push_back({move, a, b, touch.time, touch.distance, Uncertified::Reason::kTouching, touch.on_a, touch.on_b});
-  if (!proved && outcome.open.empty())
-    outcome.open.push_back({move, a, b, proof.nearest_time(), proof.nearest_distance(), Uncertified::Reason::kUnresolved});
+  if (all) {
+    prove_between(a.tree, b.tree, task, options, outcome);
+    return outcome;
+  }
+  outcome.rows = known->rows;
+  // More than the rest of the pair has would change nothing.
+  CertificateOptions as_much = options;
+  double lowest = options.enough;
+  for (const auto& row : known->rows) lowest = std::min(lowest, row.bound);
+  as_much.enough = std::max(lowest, options.least * (1 + kRelativeRounding));
+  if (a.fresh) prove_between(*a.fresh, b.tree, task, as_much, outcome);
+  if (b.fresh) prove_between(a.tree, *b.fresh, task, as_much, outcome);
   return outcome;
 }
 
@@ -182,19 +256,20 @@ Outcome prove(const Task& task, const CertificateOptions& options) {
 class Known {
  public:
   Known() = default;
-  Known(const Certificate& before, const std::vector<char>& changed) : changed_(&changed) {
+  Known(const Certificate& before, const std::vector<Part>& parts) : parts_(&parts) {
     for (const auto& row : before.intervals) outcomes_[{row.move, row.bone_a, row.bone_b}].rows.push_back(row);
     for (const auto& place : before.open) outcomes_[{place.move, place.bone_a, place.bone_b}].open.push_back(place);
   }
-  /// Null when the pair must be looked at.
+  /// What it was made for; null: nothing is known.
+  const std::vector<Part>* parts() const { return parts_; }
+  /// Null when nothing is known of the pair.
   const Outcome* of(std::size_t move, int a, int b) const {
-    if (!changed_ || (*changed_)[a] || (*changed_)[b]) return nullptr;
     const auto found = outcomes_.find({move, a, b});
     return found == outcomes_.end() ? nullptr : &found->second;
   }
 
  private:
-  const std::vector<char>* changed_ = nullptr;
+  const std::vector<Part>* parts_ = nullptr;
   std::map<std::tuple<std::size_t, int, int>, Outcome> outcomes_;
 };
 
@@ -212,7 +287,7 @@ void add_tasks(std::vector<Task>& tasks, const std::vector<Solid>& solids, const
 Certificate certify_here(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
                          const std::vector<Eigen::VectorXd>& angles, const CertificateOptions& options, const Known& known, const Progress& progress) {
   const Wanted wanted(options.pairs);
-  const std::vector<Solid> solids = solids_of(parts, wanted);
+  const std::vector<Solid> solids = solids_of(parts, wanted, known.parts());
   Certificate certificate;
   std::vector<Task> tasks;
   for (std::size_t m = 0; m < std::max<std::size_t>(1, path.moves.size()); ++m)
@@ -223,8 +298,7 @@ Certificate certify_here(const std::vector<Part>& parts, const Character& charac
     const tbb::blocked_range<std::size_t> some(done, std::min(done + kTasksAtOnce, tasks.size()), 1);
     tbb::parallel_for(some, [&](const auto& range) {
       for (std::size_t n = range.begin(); n != range.end(); ++n) {
-        const Outcome* before = known.of(tasks[n].move, tasks[n].a->bone, tasks[n].b->bone);
-        outcomes[n] = before ? *before : prove(tasks[n], options);
+        outcomes[n] = prove(tasks[n], options, known.of(tasks[n].move, tasks[n].a->bone, tasks[n].b->bone));
       }
     });
   }
@@ -264,10 +338,10 @@ Certificate certify(const std::vector<Part>& parts, const Character& character, 
   return certify_checked(parts, character, embedding, path, options, {}, progress);
 }
 
-Certificate certify_again(const Certificate& before, const std::vector<char>& changed, const std::vector<Part>& parts, const Character& character,
+Certificate certify_again(const Certificate& before, const std::vector<Part>& parts_before, const std::vector<Part>& parts, const Character& character,
                           const Embedding& embedding, const FoldPath& path, const CertificateOptions& options, const Progress& progress) {
-  demand(changed.size() == character.bones.size(), "there must be a flag for each bone that says whether its part was changed");
-  return certify_checked(parts, character, embedding, path, options, Known(before, changed), progress);
+  check_parts(parts_before, character);
+  return certify_checked(parts, character, embedding, path, options, Known(before, parts_before), progress);
 }
 
 }  // namespace transformables

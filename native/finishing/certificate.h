@@ -62,10 +62,11 @@ struct Certificate {
 Certificate certify(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
                     const CertificateOptions& options, const Progress& progress);
 
-/// The same again after some parts were changed: what was found out about pairs of which neither was is taken over.
-/// @param before   made for the same character, embedding, path and options
-/// @param changed  a flag for each bone of the character
-Certificate certify_again(const Certificate& before, const std::vector<char>& changed, const std::vector<Part>& parts, const Character& character,
+/// The same again after some parts were changed: what was found out about triangles that are still there, to the last bit, is taken over, and
+/// only new ones are compared. Cutting leaves most triangles of a part as they were.
+/// @param before        made for the same character, embedding, path and options
+/// @param parts_before  the parts that it was made for
+Certificate certify_again(const Certificate& before, const std::vector<Part>& parts_before, const std::vector<Part>& parts, const Character& character,
                           const Embedding& embedding, const FoldPath& path, const CertificateOptions& options, const Progress& progress);
 
 }  // namespace transformables

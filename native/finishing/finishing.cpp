@@ -13,6 +13,8 @@
 #include "finishing/hinges.h"
 #include "finishing/outer_surface.h"
 #include "finishing/part_field.h"
+#include "finishing/refill.h"
+#include "finishing/thin.h"
 #include "finishing/topology.h"
 
 namespace transformables {
@@ -20,10 +22,12 @@ namespace {
 
 using namespace finishing;
 
+constexpr double kThinnest = 0.0034;   ///< target units: 1 mm of 150 mm
 constexpr int kProofs = 10;            ///< tries to prove the motion, pairs that fail being set further apart after each
 constexpr int kExactProofs = 7;        ///< of them, those after which parts that still fail may keep the target's own triangles
 constexpr double kMore = 0.35;         ///< steps by which parts that touch are set further apart, for each try
 constexpr double kProvable = 1e-4;     ///< target units: a proof never asks for less of a gap to look at than this
+constexpr double kAmple = 0.6;         ///< of the clearance: where parts are further apart, the proof does not ask how much
 constexpr double kTouching = 0.02;     ///< of that, the least gap that is not a touch
 constexpr double kWorthTelling = 5e-4; ///< share of the target's volume from which on a loss is reported
 
@@ -97,21 +101,23 @@ void fill_hollows(std::vector<PartField>& parts, const Character& character, std
         enclosed += part.shape().contains(c) && flags[part.shape().index(c)];
       }
       if (enclosed == 0 || enclosed < all) continue;
-      std::fill(other.psi.values.begin(), other.psi.values.end(), float(other.shape().step));
-      other.distance = redistanced(other.psi);
+      adopt(other, Grid<float>(other.shape(), float(other.shape().step)));
+      refresh(other);
       changed[std::size_t(other.bone)] = 1;
       warnings.push_back("The part of bone '" + character.bones[other.bone].name + "' was enclosed by that of '" +
                          character.bones[part.bone].name + "' and has been joined to it.");
     }
-    fill(part.psi, flags);
-    part.distance = redistanced(part.psi);
+    Grid<float> psi = part.psi;
+    fill(psi, flags);
+    adopt(part, std::move(psi));
+    refresh(part);
     changed[std::size_t(part.bone)] = 1;
   }
 }
 
-void redistance(std::vector<PartField>& parts, const std::vector<char>& wanted) {
+void refresh(std::vector<PartField>& parts, const std::vector<char>& wanted) {
   tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t n) {
-    if (wanted[n]) parts[n].distance = redistanced(parts[n].psi);
+    if (wanted[n]) refresh(parts[n]);
   });
 }
 
@@ -151,37 +157,46 @@ class Finisher {
   Mesher mesher_;
   std::vector<Part> parts_;
   std::optional<Hinges> hinges_;
-  std::vector<char> changed_;   // since the last proof; empty before the first
+  std::vector<Part> proved_;    // the parts of the last proof
   Certificate certificate_;
   std::vector<std::string> warnings_;
   const Progress& progress_;
 };
 
 void Finisher::carve_all() {
-  tbb::parallel_for(std::size_t(0), fields_.size(), [&](std::size_t n) { dropped_[n] += keep_core_piece(fields_[n].psi, fields_[n].core); });
-  std::vector<char> all(fields_.size(), 1);
-  redistance(fields_, all);
-  carve(scene_, fields_, dropped_, stage(progress_, 0.1, 0.55));
-  fill_hollows(fields_, scene_.character, all, warnings_);
-  redistance(fields_, all);
+  tbb::parallel_for(std::size_t(0), fields_.size(), [&](std::size_t n) {
+    Grid<float> psi = fields_[n].psi;
+    dropped_[n] += keep_core_piece(psi, fields_[n].core);
+    adopt(fields_[n], std::move(psi));
+  });
+  const std::vector<char> all(fields_.size(), 1);
+  refresh(fields_, all);
+  carve(scene_, fields_, dropped_, stage(progress_, 0.1, 0.45));
+  if (scene_.options.style == Style::kSolid) {  // a shell is hollow on purpose, and its walls are thin
+    refill(scene_, fields_, stage(progress_, 0.45, 0.55));
+    tbb::parallel_for(std::size_t(0), fields_.size(), [&](std::size_t n) { take_thin(fields_[n], kThinnest); });
+  }
+  std::vector<char> carved = all;
+  fill_hollows(fields_, scene_.character, carved, warnings_);
+  refresh(fields_, all);
 }
 
 void Finisher::prove(double from, double to) {
-  const double enough = std::max(scene_.options.clearance, kProvable);
+  const double clearance = std::max(scene_.options.clearance, kProvable);
   CertificateOptions options;
-  options.enough = enough;
   // What is proved falls short of the true gap by the proof's tolerance.
-  options.least = std::max(kTouching, scene_.options.least_share / (1 - options.tolerance)) * enough * 0.999;
+  options.least = std::max(kTouching, scene_.options.least_share / (1 - options.tolerance)) * clearance * 0.999;
+  options.enough = std::max(kAmple * clearance, 1.01 * options.least);
   options.threads = scene_.options.threads;
   const Progress part = stage(progress_, from, to);
-  certificate_ = changed_.empty() ? certify(parts_, scene_.character, scene_.embedding, scene_.path, options, part)
-                                  : certify_again(certificate_, changed_, parts_, scene_.character, scene_.embedding, scene_.path, options, part);
+  certificate_ = proved_.empty() ? certify(parts_, scene_.character, scene_.embedding, scene_.path, options, part)
+                                 : certify_again(certificate_, proved_, parts_, scene_.character, scene_.embedding, scene_.path, options, part);
+  proved_ = parts_;
 }
 
 /// Sets the pairs that are not proved further apart; false when there is nothing left to try.
 bool Finisher::set_apart(int round) {
-  std::vector<char>& changed = changed_;
-  changed.assign(fields_.size(), 0);
+  std::vector<char> changed(fields_.size(), 0);
   if (round >= kExactProofs)
     for (const Uncertified& place : certificate_.open)
       for (const int bone : {place.bone_a, place.bone_b}) changed[bone] |= char(mesher_.give_up_exact(bone));
@@ -196,7 +211,7 @@ bool Finisher::set_apart(int round) {
   }
   std::vector<char> carved = carve_again(scene_, demands, fields_, dropped_, stage(progress_, 0.72 + 0.02 * round, 0.72 + 0.02 * round));
   fill_hollows(fields_, scene_.character, carved, warnings_);
-  redistance(fields_, carved);
+  refresh(fields_, carved);
   bool any = false;
   for (std::size_t n = 0; n < fields_.size(); ++n) any = (changed[n] |= carved[n]) || any;
   if (any) parts_ = mesher_.mesh(fields_, changed);
@@ -219,14 +234,12 @@ void Finisher::add_hinges() {
   progress_(0.93, "fitting hinges");
   const Certificate without = certificate_;
   hinges_.emplace(scene_, std::move(parts_), fields_);
-  changed_.assign(fields_.size(), 0);
-  for (const int bone : hinges_->pinned()) changed_[std::size_t(bone)] = changed_[std::size_t(scene_.character.bones[std::size_t(bone)].parent)] = 1;
   for (double at = 0.94;; at += 0.5 * (1 - at)) {
     parts_ = hinges_->parts();
     prove(at, at + 0.5 * (1 - at));
     if (certificate_.holds) return;
-    changed_ = hinges_->give_up(certificate_.open);
-    if (std::count(changed_.begin(), changed_.end(), 1) > 0) continue;
+    const std::vector<char> changed = hinges_->give_up(certificate_.open);
+    if (std::count(changed.begin(), changed.end(), 1) > 0) continue;
     parts_ = hinges_->plain();
     certificate_ = without;
     hinges_.reset();

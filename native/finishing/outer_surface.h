@@ -12,11 +12,6 @@
 
 namespace transformables::finishing {
 
-/// The part's solid without the target's bound: it agrees with the part inside the target, and goes on smoothly for a
-/// few samples outside, so that its surface crosses the target's where the interfaces do.
-/// @param unbounded  the part before carving, made as if the target were everywhere
-Grid<float> cutter_field(const PartField& unbounded, const PartField& part, const Lattice& lattice);
-
 /// Makes meshes of fields, again and again while these are carved; keeps what does not change between.
 class Mesher {
  public:
@@ -40,7 +35,6 @@ class Mesher {
   const Scene& scene_;
   std::optional<CuttableTarget> cuttable_;
   std::string obstacle_;
-  std::vector<PartField> unbounded_;
   std::vector<Surface> surface_;     // a bone each
   std::vector<Part> all_, kept_;
 };

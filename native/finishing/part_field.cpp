@@ -14,6 +14,9 @@ namespace {
 constexpr int kMargin = 5;                   ///< samples between a part and its box's border
 constexpr double kLargestCount = 1.2e8;      ///< samples of a lattice: 2 GB with what is held for each
 constexpr float kFar = 1e3f;                 ///< a distance that is longer than any target
+constexpr float kBand = 3;                   ///< steps: values beyond do not move a surface
+constexpr float kDepth = 0.75f;              ///< steps under the target's surface from where carving is continued outward
+constexpr float kOutside = 3.5f;             ///< steps outside the target as far as interfaces are known
 
 /// A box of lattice samples, both ends included.
 struct SampleBox {
@@ -126,15 +129,14 @@ struct Maker {
   const Nearest& nearest;
   const std::vector<SkeletalShape>& skeletons;
   const std::vector<SampleBox>& boxes;
-  std::vector<Grid<float>> raw;    ///< each skeletal shape within the target, before others are heeded
+  std::vector<Grid<float>> raw;    ///< each skeletal shape, before others are heeded
   std::vector<Grid<float>> cores;  ///< the same, with the gap between each other
 
   void make_raw(int bone) {
     raw[bone] = grid_over(boxes[bone], lattice.outer.shape, kFar);
     const Eigen::Isometry3d into = segmentation.frames[bone].inverse();
     for_each_sample(boxes[bone], [&](const Eigen::Vector3i& c, std::size_t n) {
-      const double d = skeletons[bone].distance(into * lattice.outer.shape.position(c));
-      raw[bone][n] = std::max(float(std::min(d, double(kFar))), lattice.outer.at(c));
+      raw[bone][n] = float(std::min(skeletons[bone].distance(into * lattice.outer.shape.position(c)), double(kFar)));
     });
   }
 
@@ -177,18 +179,17 @@ struct Maker {
   }
 
   Grid<float> skin(int bone) const {
-    Grid<float> psi = side_of(bone);
+    Grid<float> inner = side_of(bone);
     const float half_gap = float(lattice.gap / 2);
+    for (float& v : inner.values) v += half_gap;
+    if (options.style == Style::kSolid) return inner;
     std::vector<Segment> skeleton;
     for (const Segment& s : skeletons[bone].capsules)
       if ((s.b - s.a).norm() > 1e-9) skeleton.push_back(transformed(segmentation.frames[bone], s));
     for_each_sample(boxes[bone], [&](const Eigen::Vector3i& c, std::size_t n) {
-      const float outer = lattice.outer.at(c);
-      psi[n] = std::max(psi[n] + half_gap, outer);
-      if (options.style == Style::kShell)
-        psi[n] = shelled(psi[n], outer, lattice.outer.shape.position(c), skeleton, options.wall);
+      inner[n] = shelled(inner[n], lattice.outer.at(c), lattice.outer.shape.position(c), skeleton, options.wall);
     });
-    return psi;
+    return inner;
   }
 
   static float value_in(const Grid<float>& phi, const Eigen::Vector3d& p, float beyond) {
@@ -200,42 +201,91 @@ struct Maker {
   PartField part(int bone) const {
     PartField field;
     field.bone = bone;
-    field.psi = skin(bone);
+    field.inner = skin(bone);
     const float gap = float(lattice.gap);
     for (int other = 0; other < int(boxes.size()); ++other)
       if (other != bone)
         for_each_shared(bone, other, cores, [&](std::size_t n, float theirs) {
-          field.psi[n] = std::max(field.psi[n], gap - theirs);
+          field.inner[n] = std::max(field.inner[n], gap - theirs);
         });
-    for (std::size_t n = 0; n < field.psi.values.size(); ++n) field.psi[n] = std::min(field.psi[n], cores[bone][n]);
-    field.core = cores[bone];
+    for (std::size_t n = 0; n < field.inner.values.size(); ++n) field.inner[n] = std::min(field.inner[n], cores[bone][n]);
     field.corner = boxes[bone].low;
-    crop(field);
-    field.distance = redistanced(field.psi);
+    crop(field, cores[bone]);
+    field.uncarved = field.inner;
+    refresh(field);
     return field;
   }
 
   /// Cuts the fields down to the part, with a margin.
-  void crop(PartField& field) const {
+  void crop(PartField& field, const Grid<float>& whole_core) const {
     SampleBox tight;
-    for (std::size_t n = 0; n < field.psi.values.size(); ++n)
-      if (field.psi[n] < 0) tight.extend(field.corner + field.psi.shape.cell(n));
+    for (std::size_t n = 0; n < field.inner.values.size(); ++n) {
+      const Eigen::Vector3i c = field.corner + field.inner.shape.cell(n);
+      if (field.inner[n] < 0 && lattice.outer.at(c) < 0) tight.extend(c);
+    }
     if (tight.empty()) tight.extend(field.corner);
     const SampleBox box = tight.grown(kMargin, lattice.outer.shape);
-    Grid<float> psi = grid_over(box, lattice.outer.shape, kFar), core = psi;
+    Grid<float> inner = grid_over(box, lattice.outer.shape, kFar);
+    field.core = field.outer = field.psi = inner;
     for_each_sample(box, [&](const Eigen::Vector3i& c, std::size_t n) {
       const Eigen::Vector3i local = c - field.corner;
-      if (!field.psi.shape.contains(local)) return;
-      psi[n] = field.psi.at(local);
-      core[n] = field.core.at(local);
+      field.outer[n] = lattice.outer.at(c);
+      if (!field.inner.shape.contains(local)) return;
+      inner[n] = field.inner.at(local);
+      field.core[n] = whole_core.at(local);
     });
-    field.psi = std::move(psi);
-    field.core = std::move(core);
+    field.inner = std::move(inner);
     field.corner = box.low;
   }
 };
 
+/// How much carving took, just under the target's surface below a sample outside.
+float taken_below(const PartField& part, std::size_t n) {
+  const GridShape& s = part.shape();
+  const float step = float(s.step);
+  const Eigen::Vector3i c = s.cell(n);
+  Eigen::Vector3f slope;
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::Vector3i low = c, high = c;
+    low[axis] = std::max(low[axis] - 1, 0);
+    high[axis] = std::min(high[axis] + 1, s.size[axis] - 1);
+    slope[axis] = part.outer.at(high) - part.outer.at(low);
+  }
+  if (!(slope.norm() > 0)) return 0;
+  const Eigen::Vector3f p = c.cast<float>() - (part.outer[n] / step + kDepth) * slope.normalized();
+  const Eigen::Vector3i base = p.array().floor().matrix().cast<int>();
+  const Eigen::Vector3f t = p - base.cast<float>();
+  float sum = 0, weights = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3i d(corner & 1, corner >> 1 & 1, corner >> 2 & 1), q = base + d;
+    if (!s.contains(q) || part.outer.at(q) >= 0) continue;
+    const float w = (d.x() ? t.x() : 1 - t.x()) * (d.y() ? t.y() : 1 - t.y()) * (d.z() ? t.z() : 1 - t.z());
+    const std::size_t at = s.index(q);
+    const auto clamped = [&](float v) { return std::clamp(v, -kBand * step, kBand * step); };
+    sum += w * std::max(0.0f, clamped(part.inner[at]) - clamped(part.uncarved[at]));
+    weights += w;
+  }
+  return weights > 1e-3f ? sum / weights : 0;
+}
+
 }  // namespace
+
+void adopt(PartField& part, Grid<float> psi) {
+  for (std::size_t n = 0; n < psi.values.size(); ++n)
+    if (psi[n] != part.psi[n]) part.inner[n] = psi[n];
+  part.psi = std::move(psi);
+}
+
+void refresh(PartField& part) {
+  const float step = float(part.shape().step);
+  for (std::size_t n = 0; n < part.inner.values.size(); ++n)
+    if (part.outer[n] >= 0 && part.outer[n] < kOutside * step) {
+      const float taken = taken_below(part, n);
+      if (taken > 0) part.inner[n] = std::max(part.inner[n], std::clamp(part.uncarved[n], -kBand * step, kBand * step) + taken);
+    }
+  for (std::size_t n = 0; n < part.psi.values.size(); ++n) part.psi[n] = std::max(part.inner[n], part.outer[n]);
+  part.distance = redistanced(part.inner);
+}
 
 Lattice make_lattice(const Target& target, const FinishingOptions& options) {
   const GridShape& coarse = target.distance.shape;

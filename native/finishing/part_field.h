@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <vector>
 
 #include "character/character.h"
@@ -24,16 +25,28 @@ struct Lattice {
   double sample_volume() const { return step() * step() * step(); }
 };
 
-/// A part in object mode. Negative is inside, in all fields; all have the same box.
+/// A part in object mode: what the interfaces leave of the target. The two bounds are kept apart, as the edge where they cross is sharp, and
+/// a single field would round it off. Negative is inside, in all fields; all have the same box.
 struct PartField {
   int bone = 0;
   Eigen::Vector3i corner = Eigen::Vector3i::Zero();  ///< the box's first sample, in samples of the lattice
-  Grid<float> psi;        ///< the solid: its zero is the surface
-  Grid<float> distance;   ///< the same solid as a distance, everywhere a lower bound
-  Grid<float> core;       ///< the skeletal shape's share of the target: never carved for another's skin
+  Grid<float> inner;      ///< the solid as if the target were everywhere: its zero is the interfaces, known to a few samples outside the target
+  Grid<float> outer;      ///< signed distance of the target
+  Grid<float> psi;        ///< the solid: the greater of the two
+  Grid<float> distance;   ///< of `inner`: everywhere a lower bound
+  Grid<float> core;       ///< the skeletal shape, as if the target were everywhere: never carved for another's skin
+  Grid<float> uncarved;   ///< `inner` as it was made
 
   const GridShape& shape() const { return psi.shape; }
+  /// A lower bound of a sample's distance to the solid.
+  float bound(std::size_t n) const { return std::max(distance[n], outer[n]); }
 };
+
+/// Makes `psi` the part's solid, by changing `inner` where it differs.
+void adopt(PartField& part, Grid<float> psi);
+
+/// Brings `psi` and `distance` up to date with `inner`, after what carving took under the target's surface was taken outside of it, too.
+void refresh(PartField& part);
 
 /// A lattice `refinement` times as fine as the target's grid, about the target with a margin.
 /// @throws InvalidInput when it would be too large to hold.

@@ -9,7 +9,9 @@ namespace transformables::finishing {
 namespace {
 
 constexpr int kBrick = 8;
+constexpr double kReach = 1.5;   ///< steps beyond the gap to which swept values are known, so that what is carved can be interpolated
 constexpr float kTrust = 0.9f;   ///< first-order distances may be too large by a few per cent far out
+constexpr float kEdge = 0.5f;    ///< steps: the most by which it can read too large, at acute edges
 constexpr float kDepth = 2;      ///< steps inside B from which on a sample is lost anyway
 
 struct Span {
@@ -43,7 +45,7 @@ void near_spans(const Span& span, double radius, double travel, double reach, in
 
 /// One sample's least value over some spans.
 struct Walker {
-  const Grid<float>& field;
+  const PartField& b;
   const PairConfigurations& configurations;
   float cover, reach, floor;
 
@@ -51,7 +53,7 @@ struct Walker {
     const int last = configurations.last();
     for (const Span& span : spans)
       for (int k = span.first; k <= span.last;) {
-        const float value = value_at(field, configurations(k, p));
+        const float value = value_at(b, configurations(k, p));
         if (value < least) {
           least = value;
           where = k;
@@ -64,23 +66,32 @@ struct Walker {
   }
 };
 
+/// The greater of two bounds' distances, each read between samples by itself, so that the edge where they cross stays sharp. What is carved by it is
+/// sampled again, and between samples the distance to a sharp edge reads too large: so it counts as nearer by as much.
+float edged(float a, float b, float step) { return std::max(a, b) - kEdge * std::max(0.0f, step - std::abs(a - b)); }
+
 }  // namespace
 
-float value_at(const Grid<float>& field, const Eigen::Vector3f& p) {
-  const Eigen::Vector3i& n = field.shape.size;
+float value_at(const PartField& part, const Eigen::Vector3f& p) {
+  const GridShape& shape = part.shape();
+  const Eigen::Vector3i& n = shape.size;
   const Eigen::Vector3f q = p.cwiseMax(0.0f).cwiseMin((n.cast<float>().array() - 1).matrix());
   const Eigen::Vector3i c = q.cast<int>().cwiseMin((n.array() - 2).matrix());
   const Eigen::Vector3f t = q - c.cast<float>();
   const std::size_t dy = std::size_t(n.x()), dz = dy * n.y();
-  const float* v = field.values.data() + field.shape.index(c);
+  const std::size_t first = shape.index(c);
   const auto mix = [](float a, float b, float w) { return a + (b - a) * w; };
-  const float inner = mix(mix(mix(v[0], v[1], t.x()), mix(v[dy], v[dy + 1], t.x()), t.y()),
-                          mix(mix(v[dz], v[dz + 1], t.x()), mix(v[dz + dy], v[dz + dy + 1], t.x()), t.y()), t.z());
+  const auto value = [&](const Grid<float>& field) {
+    const float* v = field.values.data() + first;
+    return mix(mix(mix(v[0], v[1], t.x()), mix(v[dy], v[dy + 1], t.x()), t.y()),
+               mix(mix(v[dz], v[dz + 1], t.x()), mix(v[dz + dy], v[dz + dy + 1], t.x()), t.y()), t.z());
+  };
+  const float within = edged(value(part.distance), value(part.outer), float(shape.step));
   const float beyond2 = (p - q).squaredNorm();
-  if (beyond2 == 0) return inner;
+  if (beyond2 == 0) return within;
   // The box is convex and holds B, so the way round the nearest place of the box bends by a right angle at least.
-  const float step = float(field.shape.step);
-  return std::sqrt(beyond2 * step * step + std::max(inner, 0.0f) * std::max(inner, 0.0f));
+  const float step = float(shape.step);
+  return std::sqrt(beyond2 * step * step + std::max(within, 0.0f) * std::max(within, 0.0f));
 }
 
 PairConfigurations::PairConfigurations(const MoveMotion& motion, const PartField& a, const PartField& b)
@@ -102,40 +113,51 @@ bool PairConfigurations::can_meet(const MoveMotion& motion, const PartField& a, 
   std::vector<Span> spans;
   near_spans({0, motion.last()}, half.norm(), pair.travel(centre), reach, motion.last(), [&](int k) {
     const Eigen::Vector3d p = (motion.into(a.bone, b.bone, k) * centre - to.origin) / to.step;
-    return value_at(b.distance, p.cast<float>());
+    return value_at(b, p.cast<float>());
   }, spans);
   return !spans.empty();
 }
 
-Swept sweep(const PartField& a, const Grid<float>& field_b, const PairConfigurations& configurations, double cover, double reach,
-            const std::vector<char>& mask) {
+double reach_of(const Lattice& lattice, double gap) { return gap + kReach * lattice.step(); }
+
+Bricks bricks_of(const PartField& part, double reach, const std::vector<char>& mask) {
+  const GridShape& shape = part.shape();
+  const Eigen::Vector3i count = (shape.size.array() + kBrick - 1) / kBrick;
+  std::vector<std::vector<std::uint32_t>> all(std::size_t(count.prod()));
+  std::size_t n = 0;
+  for (int k = 0; k < shape.size.z(); ++k)
+    for (int j = 0; j < shape.size.y(); ++j)
+      for (int i = 0; i < shape.size.x(); ++i, ++n)
+        if (part.bound(n) < reach && (mask.empty() || mask[n]))
+          all[std::size_t((k / kBrick * count.y() + j / kBrick) * count.x() + i / kBrick)].push_back(std::uint32_t(n));
+  Bricks bricks{{}, {0}};
+  for (const auto& brick : all) {
+    if (brick.empty()) continue;
+    bricks.samples.insert(bricks.samples.end(), brick.begin(), brick.end());
+    bricks.first.push_back(std::uint32_t(bricks.samples.size()));
+  }
+  return bricks;
+}
+
+Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover, double reach) {
   const GridShape& shape = a.shape();
-  Swept swept{std::vector<float>(shape.count(), float(reach)), std::vector<std::int32_t>(shape.count(), 0), float(reach)};
-  const Walker walker{field_b, configurations, float(cover), float(reach), float(-kDepth * shape.step)};
-  const Eigen::Vector3i bricks = (shape.size.array() + kBrick - 1) / kBrick;
+  Swept swept{std::vector<float>(bricks.samples.size(), float(reach)), std::vector<std::int32_t>(bricks.samples.size(), 0), float(reach)};
+  const Walker walker{b, configurations, float(cover), float(reach), float(-kDepth * shape.step)};
   const PairMotion& motion = configurations.motion();
-  tbb::parallel_for(0, bricks.prod(), [&](int brick) {
-    const Eigen::Vector3i low = kBrick * Eigen::Vector3i(brick % bricks.x(), brick / bricks.x() % bricks.y(), brick / (bricks.x() * bricks.y()));
-    const Eigen::Vector3i high = (low.array() + kBrick).min(shape.size.array()) - 1;
-    const auto for_each_kept = [&](auto&& f) {
-      for (int k = low.z(); k <= high.z(); ++k)
-        for (int j = low.y(); j <= high.y(); ++j)
-          for (int i = low.x(); i <= high.x(); ++i)
-            if (const std::size_t n = shape.index(i, j, k); a.distance[n] < reach && (mask.empty() || mask[n])) f(Eigen::Vector3i(i, j, k));
-    };
-    bool any = false;
-    for_each_kept([&](const Eigen::Vector3i&) { any = true; });
-    if (!any) return;
-    const Eigen::Vector3d half = (high - low).cast<double>() / 2, centre = low.cast<double>() + half;
-    const double radius = shape.step * half.norm();
+  const double half = (kBrick - 1) / 2.0, radius = shape.step * half * std::sqrt(3.0);
+  tbb::parallel_for(std::size_t(1), bricks.first.size(), [&](std::size_t brick) {
+    const std::uint32_t first = bricks.first[brick - 1], end = bricks.first[brick];
+    const Eigen::Vector3d centre = (shape.cell(bricks.samples[first]) / kBrick * kBrick).cast<double>().array() + half;
     std::vector<Span> spans;
     near_spans({0, configurations.last()}, radius, motion.travel(shape.origin + shape.step * centre) + motion.angle * radius, reach,
-               configurations.last(), [&](int k) { return value_at(field_b, configurations(k, centre.cast<float>())); }, spans);
+               configurations.last(), [&](int k) { return value_at(b, configurations(k, centre.cast<float>())); }, spans);
     if (spans.empty()) return;
-    for_each_kept([&](const Eigen::Vector3i& c) {
-      const std::size_t n = shape.index(c);
+    for (std::uint32_t n = first; n < end; ++n) {
+      const std::uint32_t sample = bricks.samples[n];
+      if (a.bound(sample) >= reach) continue;
+      const Eigen::Vector3i c = shape.cell(sample);
       walker.walk(c.cast<float>(), motion.travel(shape.position(c)), spans, swept.least[n], swept.where[n]);
-    });
+    }
   });
   return swept;
 }

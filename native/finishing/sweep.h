@@ -30,18 +30,28 @@ class PairConfigurations {
   std::vector<Eigen::Matrix<float, 3, 4>> maps_;
 };
 
-/// For each sample of A near or inside it, the least value of B's field over the move. Values from `reach` on are not
+/// How far a sweep has to look for what comes nearer than `gap`.
+double reach_of(const Lattice& lattice, double gap);
+
+/// Samples of a part that a sweep looks at, in bricks.
+struct Bricks {
+  std::vector<std::uint32_t> samples;   ///< those of a brick follow each other
+  std::vector<std::uint32_t> first;     ///< of each brick, and the end
+};
+/// Samples nearer to the part than `reach`, or inside it.
+/// @param mask  a flag for each sample that may be among them; empty: all
+Bricks bricks_of(const PartField& part, double reach, const std::vector<char>& mask = {});
+
+/// For each sample of A's bricks, the least distance to B over the move. Values from `reach` on are not
 /// told apart; those under `-depth` neither. Between two configurations the value is less by `cover` at most.
 struct Swept {
-  std::vector<float> least;
+  std::vector<float> least;         ///< in the order of the bricks' samples; `reach` for those that are no longer near A
   std::vector<std::int32_t> where;  ///< the configuration
   float reach = 0;
 };
-/// @param mask  a flag for each of A's samples that is looked at; empty: all
-Swept sweep(const PartField& a, const Grid<float>& field_b, const PairConfigurations& configurations, double cover, double reach,
-            const std::vector<char>& mask = {});
+Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover, double reach);
 
-/// A field's value at a place given in its samples; outside the box, a lower bound that grows with the distance.
-float value_at(const Grid<float>& field, const Eigen::Vector3f& p);
+/// A lower bound of the distance to a part from a place given in its samples.
+float value_at(const PartField& part, const Eigen::Vector3f& p);
 
 }  // namespace transformables::finishing

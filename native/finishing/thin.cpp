@@ -19,14 +19,16 @@ std::size_t take_thin(PartField& part, double wall) {
   for (float& v : shrunk.values) v += radius;
   if (inside_count(shrunk) == 0) return 0;
   shrunk = redistanced(shrunk);
-  const std::size_t before = inside_count(part.psi);
-  for (std::size_t n = 0; n < part.psi.values.size(); ++n) {
-    const float opened = std::max(part.psi[n], shrunk[n] - reach);
-    part.psi[n] = std::min(opened, std::max(part.psi[n], part.core[n]));
+  Grid<float> psi = part.psi;
+  for (std::size_t n = 0; n < psi.values.size(); ++n) {
+    const float opened = std::max(psi[n], shrunk[n] - reach);
+    psi[n] = std::min(opened, std::max(psi[n], part.core[n]));
   }
-  keep_core_piece(part.psi, part.core);
-  const std::size_t taken = before - inside_count(part.psi);
-  if (taken > 0) part.distance = redistanced(part.psi);
+  keep_core_piece(psi, part.core);
+  const std::size_t taken = inside_count(part.psi) - inside_count(psi);
+  if (taken == 0) return 0;
+  adopt(part, std::move(psi));
+  refresh(part);
   return taken;
 }
 

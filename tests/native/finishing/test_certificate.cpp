@@ -87,18 +87,49 @@ TEST(Certificate, FindsTheThinFinThatPassesAThinWallBetweenTwoSamples) {
   }
 }
 
+Certificate again(const Certificate& before, const std::vector<Part>& parts_before, const Case& c) {
+  return certify_again(before, parts_before, c.parts, c.character, c.embedding, c.path, c.options, {});
+}
+
 TEST(Certificate, OfPartsOfWhichSomeWereChangedIsThatOfAllOfThem) {
   Case c = fin_and_wall(0.22, 0.2);
+  const std::vector<Part> touching = c.parts;
   const Certificate refused = c.certified();
   c.parts[0].mesh = box_mesh({0.2, 0.3, -0.05}, {0.24, 0.4, 0.05});
-  const Certificate whole = c.certified();
-  const Certificate again = certify_again(refused, {1, 0}, c.parts, c.character, c.embedding, c.path, c.options, {});
-  EXPECT_EQ(again.holds, whole.holds);
-  EXPECT_EQ(again.gap, whole.gap);
-  EXPECT_EQ(again.intervals.size(), whole.intervals.size());
-  const Certificate taken_over = certify_again(refused, {0, 0}, c.parts, c.character, c.embedding, c.path, c.options, {});
-  EXPECT_EQ(taken_over.open.size(), refused.open.size()) << "what was not changed is not looked at again";
-  EXPECT_THROW(certify_again(refused, {1}, c.parts, c.character, c.embedding, c.path, c.options, {}), InvalidInput);
+  const Certificate whole = c.certified(), mended = again(refused, touching, c);
+  EXPECT_EQ(mended.holds, whole.holds);
+  EXPECT_EQ(mended.gap, whole.gap);
+  EXPECT_EQ(mended.intervals.size(), whole.intervals.size());
+  EXPECT_FALSE(again(whole, c.parts, [&] { Case d = c; d.parts = touching; return d; }()).holds) << "what is changed back is looked at again";
+  EXPECT_EQ(again(whole, c.parts, c).steps, 0) << "what was not changed is not";
+}
+
+TEST(Certificate, OfPartsWithSomeNewTrianglesComparesTheseOnly) {
+  Case c = fin_and_wall(0.2, 0.2 + 2 * kVoxel);
+  const std::vector<Part> plain = c.parts;
+  const Certificate before = c.certified();
+  ASSERT_TRUE(before.holds);
+  const auto with_box = [&](const Vector3d& low, const Vector3d& high) {
+    Case more = c;
+    const TriangleMesh box = box_mesh(low, high);
+    TriangleMesh& mesh = more.parts[0].mesh;
+    const int first = int(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), box.vertices.begin(), box.vertices.end());
+    for (const auto& t : box.triangles) mesh.triangles.push_back(t.array() + first);
+    return more;
+  };
+  const Case far = with_box({0.2, 0.3, -0.05}, {0.24, 0.4, 0.05}), near = with_box({0.1, -0.01, -0.01}, {0.12, 0.01, 0.01});
+  const Certificate still = again(before, plain, far);
+  EXPECT_TRUE(still.holds);
+  EXPECT_EQ(still.gap, before.gap);
+  EXPECT_LT(still.steps, far.certified().steps);
+  EXPECT_FALSE(again(before, plain, near).holds) << "the fin passes through the new box";
+  double reached = 0;
+  for (const auto& row : still.intervals) {
+    EXPECT_EQ(row.t0, reached);
+    reached = row.t1;
+  }
+  EXPECT_EQ(reached, 1);
 }
 
 TEST(Certificate, ProvesATrueGapOfTwoVoxelsAsAlmostTwoVoxels) {

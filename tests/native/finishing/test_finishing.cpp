@@ -234,7 +234,9 @@ finishing::PartField block_with_blade() {
     return std::min(box_distance(p, {-0.15, -0.15, -0.15}, {0.05, 0.15, 0.15}), box_distance(p, {0, -0.1, -0.002}, {0.2, 0.1, 0.002}));
   });
   part.core = Grid<float>(part.psi.shape, 1);
-  part.distance = finishing::redistanced(part.psi);
+  part.inner = part.uncarved = part.psi;
+  part.outer = Grid<float>(part.psi.shape, -1);  // all within the target
+  finishing::refresh(part);
   return part;
 }
 

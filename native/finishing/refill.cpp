@@ -1,0 +1,112 @@
+#include "finishing/refill.h"
+
+#include <algorithm>
+
+#include "finishing/motion.h"
+#include "finishing/sweep.h"
+#include "finishing/topology.h"
+
+namespace transformables::finishing {
+namespace {
+
+constexpr int kPasses = 2;           ///< a part grows by two samples at most in one
+constexpr double kApart = 0.2;       ///< steps beyond the gap that new material keeps: distances on samples are of first order
+constexpr float kWorth = 0.1f;       ///< steps by which a sample's value must fall
+constexpr float kDeep = -0.5f;       ///< steps: samples further inside have no surface beside them
+
+/// One part that grows.
+class Growing {
+ public:
+  /// @param tried  flags of samples that were looked at in an earlier pass: others have grown since, so there is nothing new to find
+  Growing(const Scene& scene, PartField& part, std::vector<char>& tried, double gap)
+      : scene_(scene), part_(part), tried_(tried), gap_(float(gap)), step_(float(scene.lattice.step())), reach_(float(reach_of(scene.lattice, gap))),
+        clear_(part.psi.values.size(), reach_), mask_(part.psi.values.size(), 0) {}
+
+  /// Looks at the samples beside the part as they stand in object mode; false when none of them can be had.
+  bool look(const std::vector<PartField>& parts) {
+    for (std::size_t n = 0; n < clear_.size(); ++n) {
+      if (tried_[n] || part_.bound(n) >= reach_ || part_.inner[n] < kDeep * step_) continue;
+      tried_[n] = 1;
+      const Eigen::Vector3i c = part_.corner + part_.shape().cell(n);
+      if (is_anothers(c)) continue;
+      // In object mode all parts end at the same surface, so only what is between them counts.
+      for (const PartField& other : parts)
+        if (const Eigen::Vector3i q = c - other.corner; &other != &part_ && other.shape().contains(q))
+          clear_[n] = std::min(clear_[n], other.distance.at(q));
+      mask_[n] = worth(n);
+    }
+    bricks_ = bricks_of(part_, reach_, mask_);
+    return !bricks_.samples.empty();
+  }
+
+  void heed(const PartField& other, const MoveMotion& motion) {
+    if (!PairConfigurations::can_meet(motion, part_, other, reach_)) return;
+    const Swept swept = sweep(part_, bricks_, other, PairConfigurations(motion, part_, other), scene_.lattice.cover, reach_);
+    for (std::size_t n = 0; n < swept.least.size(); ++n) {
+      float& clear = clear_[bricks_.samples[n]];
+      clear = std::min(clear, swept.least[n]);
+    }
+  }
+
+  void grow() {
+    for (const std::uint32_t n : bricks_.samples) {
+      if (!worth(n)) continue;
+      part_.inner[n] = gap_ - clear_[n];
+      part_.uncarved[n] = std::min(part_.uncarved[n], part_.inner[n]);
+      part_.psi[n] = std::max(part_.inner[n], part_.outer[n]);
+    }
+    Grid<float> psi = part_.psi;
+    keep_core_piece(psi, part_.core);
+    adopt(part_, std::move(psi));
+    refresh(part_);
+  }
+
+ private:
+  bool worth(std::size_t n) const { return part_.inner[n] - (gap_ - clear_[n]) > kWorth * step_; }
+  bool is_anothers(const Eigen::Vector3i& c) const {
+    const Segmentation& s = scene_.segmentation;
+    const Eigen::Vector3i near = s.shape.nearest(scene_.lattice.outer.shape.position(c));
+    if (!s.shape.contains(near)) return false;
+    const std::size_t sample = s.shape.index(near);
+    return s.is_pinned(sample) && s.owner[sample] != part_.bone;
+  }
+
+  const Scene& scene_;
+  PartField& part_;
+  std::vector<char>& tried_;
+  const float gap_, step_, reach_;
+  std::vector<float> clear_;   // how near others come to a sample that goes with the part
+  std::vector<char> mask_;     // samples that can be had in object mode
+  Bricks bricks_;              // the same
+};
+
+}  // namespace
+
+void refill(const Scene& scene, std::vector<PartField>& parts, const Progress& progress) {
+  const auto states = states_of(scene.path, scene.embedding.pose.angles);
+  std::vector<MoveMotion> motions;
+  for (std::size_t m = 0; m < scene.path.moves.size(); ++m)
+    motions.emplace_back(scene.character, scene.embedding, scene.segmentation, scene.path.moves[m], states[m], parts, scene.options,
+                         scene.lattice.cover);
+  std::vector<char> there;
+  for (const PartField& part : parts) there.push_back(inside_count(part.psi) > 0);
+  const auto grows = [&](const PartField& part) {
+    return there[std::size_t(part.bone)] && scene.segmentation.may_grow(part.bone) && !scene.segmentation.phi[part.bone].values.empty();
+  };
+  std::vector<std::vector<char>> tried;
+  for (const PartField& part : parts) tried.emplace_back(part.psi.values.size(), 0);
+  const std::size_t turns = kPasses * parts.size();
+  for (std::size_t turn = 0; turn < turns; ++turn) {
+    progress(double(turn) / double(turns), "filling what nothing passes");
+    PartField& part = parts[turn % parts.size()];
+    if (!grows(part)) continue;
+    Growing growing(scene, part, tried[turn % parts.size()], scene.lattice.gap + kApart * scene.lattice.step());
+    if (!growing.look(parts)) continue;
+    for (const MoveMotion& motion : motions)
+      for (const PartField& other : parts)
+        if (&other != &part && there[std::size_t(other.bone)]) growing.heed(other, motion);
+    growing.grow();
+  }
+}
+
+}  // namespace transformables::finishing
