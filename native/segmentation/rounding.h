@@ -13,10 +13,10 @@ namespace transformables::segmentation_inner {
 
 /// Moves the interface of each joint's parent and child, by little more than a sample at most, so that what slides is round about the hinge.
 ///
-/// On each circle about a hinge, the child may pass from its own samples to the parent's in no place that lies ahead within the joint's
-/// range: along the way that the child goes, their half difference of level sets must not rise. Each sample gets the value of the best such
-/// sequence (the least largest change: isotonic regression), one constant where the range runs both ways. Pinned samples and cores stay.
-/// Both level sets change together, so the result is a tiling again, and the volume as a whole stays.
+/// On each circle about a hinge nothing of the parent may lie ahead of the child within the range: along the way that the child goes, half the
+/// difference of their level sets must not rise. Each sample gets its value in the nearest such sequence (least largest change: isotonic regression),
+/// a constant where the range runs both ways. Pinned samples and cores stay. Both level sets change together, so the result is a tiling again.
+/// Each hinge of several is rounded with the others at their folded angles. The result does not depend on the number of threads.
 void round_joints(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                   int threads);
 
