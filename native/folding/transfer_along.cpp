@@ -58,20 +58,25 @@ Segmentation smoothed(const Design& design, const FoldPath& path, const FoldingO
   return changed;
 }
 
+Segmentation transferred_along(const Design& design, const FoldPath& path, const FoldingOptions& options, const Progress& progress,
+                               TransferAlongResult& result) {
+  check(design, options);
+  check(path, design.embedding.pose.angles);
+  Segmentation changed;
+  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  arena.execute([&] { changed = transferred(design, path, options, progress, result); });
+  return changed;
+}
+
 }  // namespace
 }  // namespace folding
 
 Segmentation transfer_along(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
                             const FoldPath& path, const FoldingOptions& options, const Progress& progress, TransferAlongResult* result) {
-  const folding::Design design{character, segmentation, target, embedding};
-  folding::check(design, options);
-  folding::check(path, embedding.pose.angles);
   TransferAlongResult facts;
-  Segmentation changed;
-  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-  arena.execute([&] { changed = folding::transferred(design, path, options, progress, facts); });
+  const Segmentation changed = folding::transferred_along({character, segmentation, target, embedding}, path, options, progress, facts);
   if (result) *result = std::move(facts);
-  return changed;
+  return rounded(changed, character, target, embedding, ranges_of(path, character), options.threads);
 }
 
 Folding fold(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
@@ -90,7 +95,7 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
       return !progress.tell || progress.tell((round + fraction) / options.rounds, note);
     }};
     TransferAlongResult result;
-    Segmentation changed = transfer_along(current, character, target, embedding, path, options, part, &result);
+    Segmentation changed = folding::transferred_along({character, current, target, embedding}, path, options, part, result);
     if (round == 0) best = {path, segmentation, result.colliding_before, result.colliding_before, {}};
     const bool helped = result.colliding_after < result.colliding_before;
     if (result.colliding_after < best.carving_after)
@@ -109,6 +114,8 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
     const folding::Design design{character, best.segmentation, target, embedding};
     best.segmentation = folding::smoothed(design, best.path, options, best.carving_before, best.carving_after);
   });
+  // Last, as it moves fractions of a sample, which regrowth and smoothing know nothing of.
+  best.segmentation = rounded(best.segmentation, character, target, embedding, ranges_of(best.path, character), options.threads);
   best.path.cut_short = cut_short;
   best.path = measured(best.path, best.segmentation, character, target, embedding, options);
   return best;

@@ -25,10 +25,13 @@ void add_range(const Character& character, const Embedding& embedding, const Eig
     const double angle = samples == 1 ? range.to_rad : range.from_rad + (range.to_rad - range.from_rad) * k / (samples - 1);
     if (std::abs(angle - now) > 1e-9) joint.motions.push_back(motion_at(character, embedding, folded, range.bone, range.hinge, angle));
   }
-  const double low = std::min(range.from_rad, range.to_rad) - now, high = std::max(range.from_rad, range.to_rad) - now;
-  joint.from_rad = std::min(joint.from_rad, low), joint.to_rad = std::max(joint.to_rad, high);
-  const Eigen::Isometry3d nudge = motion_at(character, embedding, folded, range.bone, range.hinge, now + 0.5);
-  joint.axis = Eigen::AngleAxisd(Eigen::Matrix3d(nudge.linear())).axis();
+  auto turn = std::find_if(joint.turns.begin(), joint.turns.end(), [&](const JointTurn& t) { return t.hinge == range.hinge; });
+  if (turn == joint.turns.end()) {
+    const Eigen::Isometry3d nudge = motion_at(character, embedding, folded, range.bone, range.hinge, now + 0.5);
+    turn = joint.turns.insert(turn, {range.hinge, Eigen::AngleAxisd(Eigen::Matrix3d(nudge.linear())).axis()});
+  }
+  turn->from_rad = std::min({turn->from_rad, range.from_rad - now, range.to_rad - now});
+  turn->to_rad = std::max({turn->to_rad, range.from_rad - now, range.to_rad - now});
 }
 
 int depth_of(const Character& character, int bone) {
@@ -47,12 +50,12 @@ struct OnRing {
 
 std::vector<OnRing> rings(const std::vector<std::int16_t>& owner, const Target& target, const Skeleton& skeleton, const Joint& joint, int giver, int taker) {
   const GridShape& shape = target.distance.shape;
-  const Eigen::Vector3d e1 = joint.axis.unitOrthogonal(), e2 = joint.axis.cross(e1);
+  const Eigen::Vector3d axis = joint.turns.front().axis, e1 = axis.unitOrthogonal(), e2 = axis.cross(e1);
   std::vector<OnRing> all;
   for (std::size_t i : target.inside) {
     if (owner[i] != giver && owner[i] != taker) continue;
     const Eigen::Vector3d r = shape.position(i) - joint.centre;
-    const long along = std::lround(r.dot(joint.axis) / shape.step), out = std::lround(joint.radius_of(shape.position(i)) / shape.step);
+    const long along = std::lround(r.dot(axis) / shape.step), out = std::lround(joint.radius_of(shape.position(i)) / shape.step);
     if (out == 0) continue;
     const bool gives = owner[i] == giver;
     all.push_back({along * 4096 + out, std::atan2(r.dot(e2), r.dot(e1)), i, gives, gives && is_protected(skeleton, shape, giver, i)});
@@ -149,6 +152,7 @@ long collisions_by_owner(const std::vector<std::int16_t>& owner, const Target& t
 std::vector<std::int16_t> exact_transfer(const std::vector<std::int16_t>& owner, const Target& target, const Skeleton& skeleton,
                                          const Joint& joint, bool child_to_parent) {
   const int giver = child_to_parent ? joint.child : joint.parent, taker = child_to_parent ? joint.parent : joint.child;
+  const JointTurn& turn = joint.turns.front();
   std::vector<OnRing> all = rings(owner, target, skeleton, joint, giver, taker);
   std::vector<std::int16_t> result = owner;
   for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
@@ -162,8 +166,8 @@ std::vector<std::int16_t> exact_transfer(const std::vector<std::int16_t>& owner,
       open.pop_back();
       for (std::size_t k = begin; k < end; ++k) {
         if (!all[k].giver || all[k].fixed) continue;
-        const bool meets = child_to_parent ? reaches(all[k].angle, taken.angle, joint.from_rad, joint.to_rad, width)
-                                           : reaches(taken.angle, all[k].angle, joint.from_rad, joint.to_rad, width);
+        const bool meets = child_to_parent ? reaches(all[k].angle, taken.angle, turn.from_rad, turn.to_rad, width)
+                                           : reaches(taken.angle, all[k].angle, turn.from_rad, turn.to_rad, width);
         if (meets) all[k].giver = false, result[all[k].sample] = std::int16_t(taker), open.push_back(k);
       }
     }

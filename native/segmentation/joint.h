@@ -11,18 +11,24 @@
 
 namespace transformables::segmentation_inner {
 
+/// One hinge of a joint, the others standing at their folded angles.
+struct JointTurn {
+  int hinge = 0;
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();      ///< target frame
+  double from_rad = 0, to_rad = 0;                      ///< range relative to the folded angle; holds 0
+};
+
 struct Joint {
   int child = 0, parent = 0;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();     ///< target frame
   bool single = true;                                   ///< one hinge
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();      ///< of the single hinge, target frame
-  double from_rad = 0, to_rad = 0;                      ///< range of the single hinge relative to the folded angle
+  std::vector<JointTurn> turns;                         ///< a hinge each, of those that have ranges
   std::vector<Eigen::Isometry3d> motions;               ///< T' configurations: where the folded child goes, target frame
 
   /// Distance from the hinge's axis, or from the joint when there are several hinges: what R of Eq. 8 is compared with.
   double radius_of(const Eigen::Vector3d& p) const {
     const Eigen::Vector3d r = p - centre;
-    return single ? (r - r.dot(axis) * axis).norm() : r.norm();
+    return single ? (r - r.dot(turns.front().axis) * turns.front().axis).norm() : r.norm();
   }
 };
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "segmentation/growth.h"
+#include "segmentation/rounding.h"
 #include "segmentation/skeleton.h"
 #include "segmentation/surfaces.h"
 #include "segmentation/tiling.h"
@@ -56,6 +57,15 @@ Segmentation retiled(const Segmentation& segmentation, const Character& characte
   check_same_grid(segmentation, character, target);
   Segmentation result = segmentation;
   Surfaces(target).retile(result, skeleton_of_edited(character, target, embedding, segmentation).core, 0);
+  return result;
+}
+
+Segmentation rounded(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+                     const std::vector<JointRange>& ranges, int threads) {
+  check_same_grid(segmentation, character, target);
+  if (threads < 0) throw InvalidInput("segmentation: the number of threads must be 0 (all cores) or more");
+  Segmentation result = segmentation;
+  round_joints(result, target, skeleton_of_edited(character, target, embedding, segmentation), Surfaces(target), joints_of(character, embedding, ranges, 2), threads);
   return result;
 }
 

@@ -73,7 +73,7 @@ struct TransferResult {
 };
 
 /// Mesh transfer (Eqs. 8 to 11) at every joint, leaves first: a cylinder about the hinge's axis (a sphere for two or three hinges),
-/// its radius by bisection, the result checked. `ranges`: the angles each hinge must pass, others staying folded.
+/// its radius by bisection, the result checked; then all joints are `rounded`. `ranges`: the angles each hinge must pass, others staying folded.
 /// The result is again a tiling, and every bone keeps its own skeleton: where the skeleton of one bone of a joint sweeps through the
 /// part of the other, transfer can't help, and `left_overlap` tells how much is left for carving. A joint is left as it
 /// is when no transfer would mend more than it changes.
@@ -81,6 +81,13 @@ struct TransferResult {
 Segmentation transfer(const Segmentation& segmentation, const Character& character, const Target& target,
                       const Embedding& embedding, const std::vector<JointRange>& ranges, const TransferOptions& options,
                       const Progress& progress, std::vector<TransferResult>* results = nullptr);
+
+/// The interface of each joint's parent and child made to fit at all angles of its ranges, to a fraction of a sample: what slides along each
+/// other becomes round about the hinge, each side giving where it is in the way by less. Moves little more than a sample; what collides
+/// deeper stays, as do pinned samples and inhibited bones. The result is again a tiling.
+/// @throws InvalidInput when a range names no hinge or is not finite, threads are out of range, or the segmentation is another character's or target's
+Segmentation rounded(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+                     const std::vector<JointRange>& ranges, int threads);
 
 /// Makes `owner` a tiling again after it was changed: pieces that do not hold the bone's skeleton go to the neighbour they touch
 /// most, unowned inside samples to the nearest bone; then phi is rebuilt near what changed, smooth interfaces kept.

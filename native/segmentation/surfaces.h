@@ -38,10 +38,13 @@ class Surfaces {
   /// Owners that were changed made a tiling with smooth interfaces again; nothing is touched away from the change.
   void retile(Segmentation& segmentation, const std::vector<std::int16_t>& core, int threads) const;
 
+  /// Samples outside the target up to which level sets go on, nearest first.
+  const std::vector<ShellSample>& shell() const { return shell_; }
+
  private:
   const Target& target_;
   std::vector<char> inside_;
-  std::vector<ShellSample> shell_;   // nearest first
+  std::vector<ShellSample> shell_;
 };
 
 /// A level set at a point: trilinear in its box, far outside of it.

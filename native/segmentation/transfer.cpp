@@ -8,6 +8,7 @@
 
 #include "segmentation/joint.h"
 #include "segmentation/lattice.h"
+#include "segmentation/rounding.h"
 #include "segmentation/segmentation.h"
 #include "segmentation/skeleton.h"
 #include "segmentation/surfaces.h"
@@ -36,6 +37,8 @@ class Transfer {
            const TransferOptions& options)
       : result_(segmentation), target_(target), skeleton_(skeleton_of_edited(character, target, embedding, segmentation)), surfaces_(target),
         options_(options), touched_(character.bones.size(), 1), bones_(int(character.bones.size())), voxel_(std::pow(segmentation.shape.step, 3)) {}
+
+  void round_off(const std::vector<Joint>& joints) { round_joints(result_, target_, skeleton_, surfaces_, joints, options_.threads); }
 
   double overlap(const Joint& joint) const { return mean(joint, collisions(result_, target_, joint).total); }
 
@@ -181,6 +184,7 @@ Segmentation transfer(const Segmentation& segmentation, const Character& charact
       arena.execute([&] { work.mend(joints[k], reports[k]); });
     }
   }
+  work.round_off(joints);
   arena.execute([&] {
     for (std::size_t k = 0; k < joints.size(); ++k) reports[k].left_overlap = work.overlap(joints[k]);
   });

@@ -348,7 +348,18 @@ def dragging_a_seam_keeps_it_where_it_is_released_and_esc_and_ctrl_z_take_it_bac
     assert (_parts_on_surface() != parts).sum() > 10, "places changed hands"
     print(f"a drag's updates take {1000 * max(times):.1f} ms at most ({len(times)} of them)", flush=True)
     assert max(times) < 0.033
+    shares = stage.stored
+    yield from wait_for(lambda: running() is None, 120, "the parts to settle")
+    assert not last_error(), last_error()
+    stage = bpy.context.scene.transformables.segmentation_stage
+    assert stage.stored != shares, "the parts followed"
+    places = [_on_screen(p) for s in json.loads(stage.seams) for p in s["points"]]
+    assert min((px - x) ** 2 + (py - y - 40) ** 2 for px, py in places) < 12 ** 2, "the settled seam is where the mouse was released"
     yield from picture("released")
+    yield from press("Z", ctrl=True)
+    yield 1.0
+    stage = bpy.context.scene.transformables.segmentation_stage
+    assert stage.stored == shares and len(stage.edits) == 1, "the parts are as they were, the seam is still wished for"
     yield from press("Z", ctrl=True)
     yield 1.0
     stage = bpy.context.scene.transformables.segmentation_stage
@@ -357,6 +368,31 @@ def dragging_a_seam_keeps_it_where_it_is_released_and_esc_and_ctrl_z_take_it_bac
     yield from press("Z", ctrl=True, shift=True)
     yield 1.0
     assert len(bpy.context.scene.transformables.segmentation_stage.edits) == 1
+
+
+def a_seam_that_is_dragged_while_parts_settle_or_taken_back_ends_that_without_harm():
+    import json
+    yield from make_scene()
+    with bpy.context.temp_override(window=driver.window(), area=driver.view()):
+        bpy.ops.transformables.embed()
+        bpy.ops.transformables.segment()
+        bpy.ops.ed.undo_push(message="Parts")
+    yield from _look_at_egg_from_above()
+    stage = bpy.context.scene.transformables.segmentation_stage
+    shares = stage.stored
+    from transformables.stages.segmentation import operators
+    operators.TRANSFORMABLES_OT_settle_seams._take_events, real = (lambda self, context: None), operators.TRANSFORMABLES_OT_settle_seams._take_events
+    for drags in (1, 2):
+        seams = json.loads(bpy.context.scene.transformables.segmentation_stage.seams)
+        top = max((p for s in seams if len(s["points"]) > 12 for p in s["points"]), key=lambda p: p[2])
+        yield from _drag(*_on_screen(top), 25)
+        assert running() is not None and len(bpy.context.scene.transformables.segmentation_stage.edits) == drags
+    operators.TRANSFORMABLES_OT_settle_seams._take_events = real
+    yield from press("Z", ctrl=True)
+    yield from wait_for(lambda: running() is None, 60, "the job to end, as its wish is gone")
+    stage = bpy.context.scene.transformables.segmentation_stage
+    assert len(stage.edits) == 1 and stage.stored == shares
+    assert not last_error(), last_error()
 
 
 def _parts_on_surface():
@@ -470,6 +506,7 @@ SCENARIOS = (
     the_stages_run_one_by_one_each_from_the_stored_result,
     undo_while_it_runs_does_no_harm,
     dragging_a_seam_keeps_it_where_it_is_released_and_esc_and_ctrl_z_take_it_back,
+    a_seam_that_is_dragged_while_parts_settle_or_taken_back_ends_that_without_harm,
 )
 
 

@@ -48,6 +48,7 @@ class JobOperator:
     bl_options = {"UNDO"}
     until = "finishing"
     from_guide = False
+    gives_way = False
     uses_stored = ()  # of "embedding" and "folding": stored results to start from when they still fit
 
     def more_fields(self, context, character):
@@ -121,7 +122,7 @@ class JobOperator:
             return False
         self._running = session.Running(job=job, until=self.until, scene=scene.name, character=character.name, target=target.name,
                                         warnings=list(message.get("warnings", ())),
-                                        fingerprints=results.take_fingerprints(scene, self.until), from_guide=self.from_guide)
+                                        fingerprints=results.take_fingerprints(scene, self.until), from_guide=self.from_guide, gives_way=self.gives_way)
         session.begin(self._running)
         return True
 

@@ -32,6 +32,7 @@ class Running:
     stop_wanted: bool = False   # the best so far is wanted
     fingerprints: dict = field(default_factory=dict)  # of the inputs, by stage, when the job began
     from_guide: bool = False    # whether it goes on from the pose rig, which has then done its work
+    gives_way: bool = False     # ends by itself when the artist begins something else
     warnings: list = field(default_factory=list)
     started: float = field(default_factory=time.monotonic)
     drawn: float = 0.0

@@ -38,7 +38,7 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         stage = context.scene.transformables.segmentation_stage
-        if session.current() is not None:
+        if session.current() is not None and not session.current().gives_way:
             cls.poll_message_set("A design is running already: wait for it, or press Esc to cancel it")
             return False
         if settings.picked(context.scene, "target") is None or stage.division is None or not json.loads(stage.seams or "[]"):
@@ -92,6 +92,8 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
         self._end(context, {"CANCELLED"})
 
     def _prepare(self, context):
+        self._interrupted = session.current() is not None  # parts that settle still after the drag before this one
+        session.end()
         target, stage = settings.picked(context.scene, "target"), context.scene.transformables.segmentation_stage
         self._seams = json.loads(stage.seams)
         vertices, triangles = mesh.read_triangles(context, target)
@@ -112,7 +114,7 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
         return tuple(self._surface.find_nearest(point)[0])
 
     def _keep(self, context, moved):
-        """Adds the wish, and shows the seam and the division as they are to be; the parts follow when the target is divided again."""
+        """Adds the wish, and shows the seam and the division as they are to be; the parts follow in a job of their own."""
         stage, points = context.scene.transformables.segmentation_stage, self._points()
         kept = curves.worth_sending(points, moved, HOLDING)
         edit = stage.edits.add()
@@ -183,7 +185,20 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
             context.scene.frame_set(self._frame)
         context.workspace.status_text_set(None)
         session.redraw()
+        if outcome == {"FINISHED"} or self._interrupted:
+            _settle_soon(context.scene.name)
         return outcome
+
+
+def _settle_soon(scene):
+    """Starts the job that lets the parts follow, once the drag's own undo step is made."""
+    def begin():
+        window = next((w for w in bpy.context.window_manager.windows if w.scene.name == scene), None)
+        if window is not None:
+            with bpy.context.temp_override(window=window):
+                if bpy.ops.transformables.settle_seams.poll():
+                    bpy.ops.transformables.settle_seams("INVOKE_DEFAULT")
+    bpy.app.timers.register(begin, first_interval=0)
 
 
 def _in_view(context, event):
