@@ -262,9 +262,11 @@ TEST(Embed, BringsAnyOneBoneToARegionThatIsToBeKeptWhole) {
   EXPECT_EQ(free.missed, 0) << "nothing was asked for";
   options.painted = {end_of_box(half, -1)};
   const Embedding whole = embed(character, target, options, {});
-  const std::vector<double> before = shares_at_end(character, target, free), after = shares_at_end(character, target, whole);
-  EXPECT_LT(*std::max_element(before.begin(), before.end()), 0.4);
-  EXPECT_GT(*std::max_element(after.begin(), after.end()), 0.5);
+  options.evaluations = 1;
+  const Embedding asked = embed(character, target, options, {}, free);  // the same pose, now measured by what is asked
+  EXPECT_LT(whole.missed, asked.missed);
+  const std::vector<double> share = shares_at_end(character, target, whole);
+  EXPECT_GT(*std::max_element(share.begin(), share.end()), 0.5);
 }
 
 TEST(Embed, IsNotChangedByARegionWithoutArea) {
