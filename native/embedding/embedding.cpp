@@ -10,8 +10,6 @@
 namespace transformables {
 namespace {
 
-constexpr double kTouching = 0.1;  // steps: what is less deep in one another does not count as a collision
-
 /// Throws unless every index lies in [0, count) and comes once.
 template <class Item, class Index>
 void check_indices(const std::vector<Item>& items, Index index, int count, const std::string& what) {
@@ -87,12 +85,6 @@ bool is_symmetric(const Character& character, const Target& target, const Embedd
   return options.symmetry == Symmetry::kOn || !start || start->symmetric;
 }
 
-/// Inside and free of collisions, as far as a voxel can tell.
-bool is_sound(const Embedding& embedding, const Target& target) {
-  const double step = target.distance.shape.step;
-  return embedding.deepest_protrusion < step && embedding.deepest_collision < kTouching * step;
-}
-
 /// Solutions with one more at their end, in the last one's place when there are enough already; unless it is like one before it.
 std::vector<Embedding> with_last(const Character& character, const Target& target, std::vector<Embedding> solutions, const Embedding& last,
                                  const ExploreOptions& wanted) {
@@ -128,7 +120,7 @@ std::vector<Embedding> searched(const Character& character, const Target& target
   const Progress first{[&](double done, std::string_view note) { progress(0.5 * done, note); return true; }};
   const Progress second{[&](double done, std::string_view note) { progress(0.5 + 0.5 * done, note); return true; }};
   const std::vector<Embedding> both = search(true, first, best_so_far);
-  if (is_sound(both.front(), target)) return both;
+  if (is_sound(both.front(), target.distance.shape.step)) return both;
   const std::vector<Embedding> free = search(false, second, [&](const Embedding& e) {
     if (best_so_far && e.value < both.front().value) best_so_far(e);
   });

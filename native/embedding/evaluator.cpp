@@ -54,9 +54,10 @@ inline double distance2(const Skeleton& skeleton, int bone, const Eigen::Vector3
 
 Evaluator::Evaluator(const Character& character, const Target& target, std::shared_ptr<const Voxels> voxels,
                      const ObjectiveWeights& weights)
-    : target_(target), voxels_(std::move(voxels)), weights_(weights), skeleton_(character) {
+    : target_(target), voxels_(std::move(voxels)), weights_(weights), skeleton_(character),
+      boundary_(character, *voxels_), interfaces_(*voxels_) {
   field_.assign(std::size_t(voxels_->cells), kUnreached);
-  edge_.assign(std::size_t(voxels_->size.x()) + 1, 0);
+  rows_.reserve(std::size_t(voxels_->size.y() + 2) * std::size_t(voxels_->size.z() + 2));
   protrusions_.assign(character.bones.size(), 0);
   for (const Bone& bone : character.bones) {
     const std::size_t count = std::max<std::size_t>(1, bone.segments.size());
@@ -85,7 +86,7 @@ Evaluation Evaluator::operator()(const Pose& pose, const Morphology& morphology)
   Evaluation result = without_flood(pose, morphology);
   ObjectiveTerms& terms = result.terms;
   if (plant_seeds()) {
-    flood(*voxels_, field_.data());
+    flood(*voxels_, field_.data(), rows_);
     add_boundaries(pose, terms);
   } else {
     terms.compact = compact_without_seeds();
@@ -196,18 +197,6 @@ bool Evaluator::plant_segment(const Skeleton::PosedSegment& segment, int bone, d
   return any;
 }
 
-/// Gradient of the distance to a bone's axis, with that of kBisector times how far p lies past its end.
-Eigen::Vector3d Evaluator::gradient(int bone, const Eigen::Vector3d& p) const {
-  int at = 0;
-  distance2(skeleton_, bone, p, at);
-  const Skeleton::PosedSegment& segment = skeleton_.segments[std::size_t(at)];
-  const Eigen::Vector3d from = p - segment.a;
-  const double free = from.dot(segment.direction);
-  const Eigen::Vector3d offset = from - std::clamp(free, 0.0, segment.length) * segment.direction;
-  const double past = free <= 0 ? -kBisector : free >= segment.length ? kBisector : 0;
-  return offset / std::max(offset.norm(), 1e-12) + past * segment.direction;
-}
-
 int Evaluator::nearest_bone(const Eigen::Vector3d& p) const {
   int best = 0, at = 0;
   double least = std::numeric_limits<double>::infinity();
@@ -221,66 +210,38 @@ int Evaluator::nearest_bone(const Eigen::Vector3d& p) const {
   return best;
 }
 
-/// The sampled voxels of a row whose face neighbours are not all of their kind, put into `edge_`; their number.
-template <class Kind>
-int Evaluator::edge_of(const Voxels::Row& row, const std::int32_t* kinds, const Kind& kind) {
-  const Voxels& vox = *voxels_;
-  const std::int32_t dy = vox.pitch, dz = vox.slice, first = vox.cell(0, row.y, row.z) + vox.first_sampled(row.y, row.z);
-  int count = 0;
-  for (int r = row.first_run; r < row.end_run; ++r) {
-    const Voxels::Run run = vox.runs[std::size_t(r)];
-    const std::int32_t late = std::max(0, run.begin - first + vox.spacing - 1) / vox.spacing;
-    for (std::int32_t c = first + late * vox.spacing; c < run.end; c += vox.spacing) {
-      const std::int32_t* v = kinds + c;
-      const std::int32_t differs = (*v ^ v[-1]) | (*v ^ v[1]) | (*v ^ v[-dy]) | (*v ^ v[dy]) | (*v ^ v[-dz]) | (*v ^ v[dz]);
-      edge_[std::size_t(count)] = c;  // without a branch: whether it counts is a coin's toss
-      count += kind(*v, differs);
-    }
-  }
-  return count;
-}
-
 // Eqs. 2 and 3 over the voxels on the boundary of parts: those next to the outside or to another bone's.
 void Evaluator::add_boundaries(const Pose& pose, ObjectiveTerms& terms) {
   const Voxels& vox = *voxels_;
-  const auto& bones = skeleton_.character.bones;
-  const std::int32_t dy = vox.pitch, dz = vox.slice;
   double compact = 0, skin = 0;
-  for (const Voxels::Row& row : vox.rows) {
-    const std::int32_t start = vox.cell(0, row.y, row.z);
-    const int count = edge_of(row, field_.data(), [](std::int32_t v, std::int32_t differs) {
-      return int((differs & kNoLabel) != 0) & int((v & kNoLabel) != kNoLabel);
-    });
-    for (int k = 0; k < count; ++k) {
-      const std::int32_t c = edge_[std::size_t(k)];
-      const std::int32_t* v = field_.data() + c;
-      const int bone = *v & kNoLabel;
-      const Eigen::Vector3d p = vox.position(c - start, row.y, row.z);
-      int at = 0;
-      const double out = positive(std::sqrt(distance2(skeleton_, bone, p, at)) - bones[std::size_t(bone)].radius);
-      compact += out * out;
-      const int parent = bones[std::size_t(bone)].parent;
-      if (parent < 0) continue;
-      const auto is_parent = [&](std::int32_t n) { return int((v[n] & kNoLabel) == parent); };
-      const int left = is_parent(-1), right = is_parent(1), before = is_parent(-dy), behind = is_parent(dy), below = is_parent(-dz), above = is_parent(dz);
-      const int faces = left + right + before + behind + below + above;
-      if (faces == 0) continue;
-      const Eigen::Vector3d towards(right - left, behind - before, above - below);
-      skin += joint_sample(pose, p + 0.5 * vox.step / faces * towards, bone);
-    }
+  boundary_.find(vox, field_.data());
+  for (std::size_t k = 0; k < boundary_.sample_count(); ++k) {
+    const Boundary::Sample& at = boundary_.samples()[k];
+    compact += compact_sample(vox.position(vox.rows[std::size_t(at.row)], at.cell), boundary_.label(at.cell));
   }
+  interfaces_.clear();
+  for (std::size_t k = 0; k < boundary_.interface_count(); ++k) {
+    const Boundary::Interface& at = boundary_.interfaces()[k];
+    const Voxels::Row& row = vox.rows[std::size_t(at.row)];
+    interfaces_.add(boundary_.label(at.cell), vox.place(row, at.cell), at.faces, at.sampled);
+  }
+  interfaces_.for_each_sample([&](int child, const Eigen::Vector3d& place, const Eigen::Vector3d& normal) {
+    skin += joint_sample(pose, vox.position(place.x(), place.y(), place.z()), normal, child);
+  });
   terms.compact = vox.samples_weight * compact;
   terms.skin = vox.samples_weight * skin;
 }
 
-// The interface of two bones is where both are equally near; its normal, from child to parent, is the gradient of
-// D_child - D_parent.
-double Evaluator::joint_sample(const Pose& pose, const Eigen::Vector3d& p, int child) const {
+/// A term of Eq. 2.
+double Evaluator::compact_sample(const Eigen::Vector3d& p, int bone) const {
+  int at = 0;
+  const double out = positive(std::sqrt(distance2(skeleton_, bone, p, at)) - skeleton_.character.bones[std::size_t(bone)].radius);
+  return out * out;
+}
+
+/// A term of Eq. 3.
+double Evaluator::joint_sample(const Pose& pose, const Eigen::Vector3d& p, const Eigen::Vector3d& normal, int child) const {
   const Bone& bone = skeleton_.character.bones[std::size_t(child)];
-  Eigen::Vector3d normal = gradient(child, p) - gradient(bone.parent, p);
-  const double length = normal.norm();
-  if (length < 1e-9) return 0;
-  normal /= length;
   const Eigen::Vector3d arm = p - skeleton_.heads[std::size_t(child)];
   double sum = 0;
   for (std::size_t k = 0; k < bone.hinges.size(); ++k) {
@@ -295,15 +256,11 @@ double Evaluator::joint_sample(const Pose& pose, const Eigen::Vector3d& p, int c
 double Evaluator::compact_without_seeds() {
   const Voxels& vox = *voxels_;
   double sum = 0;
-  for (const Voxels::Row& row : vox.rows) {
-    const int count = edge_of(row, vox.wall.data(), [](std::int32_t, std::int32_t differs) { return int(differs != 0); });
-    for (int k = 0; k < count; ++k) {
-      const Eigen::Vector3d p = vox.position(edge_[std::size_t(k)] - vox.cell(0, row.y, row.z), row.y, row.z);
-      const int bone = nearest_bone(p);
-      int at = 0;
-      const double out = positive(std::sqrt(distance2(skeleton_, bone, p, at)) - skeleton_.character.bones[std::size_t(bone)].radius);
-      sum += out * out;
-    }
+  boundary_.find(vox, vox.wall.data());
+  for (std::size_t k = 0; k < boundary_.sample_count(); ++k) {
+    const Boundary::Sample& at = boundary_.samples()[k];
+    const Eigen::Vector3d p = vox.position(vox.rows[std::size_t(at.row)], at.cell);
+    sum += compact_sample(p, nearest_bone(p));
   }
   return vox.samples_weight * sum;
 }

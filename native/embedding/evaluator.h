@@ -5,7 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "embedding/boundary.h"
 #include "embedding/embedding.h"
+#include "embedding/interfaces.h"
 #include "embedding/skeleton.h"
 #include "embedding/voxels.h"
 
@@ -48,18 +50,17 @@ class Evaluator {
   bool plant_segment(const Skeleton::PosedSegment& segment, int bone, double radius);
   void add_boundaries(const Pose& pose, ObjectiveTerms& terms);
   double compact_without_seeds();
-  template <class Kind>
-  int edge_of(const Voxels::Row& row, const std::int32_t* kinds, const Kind& kind);
-  double joint_sample(const Pose& pose, const Eigen::Vector3d& p, int child) const;
-  Eigen::Vector3d gradient(int bone, const Eigen::Vector3d& p) const;
+  double compact_sample(const Eigen::Vector3d& p, int bone) const;
+  double joint_sample(const Pose& pose, const Eigen::Vector3d& p, const Eigen::Vector3d& normal, int child) const;
   int nearest_bone(const Eigen::Vector3d& p) const;
 
   const Target& target_;
   std::shared_ptr<const Voxels> voxels_;
   ObjectiveWeights weights_;
   Skeleton skeleton_;
-  std::vector<std::int32_t> field_;
-  std::vector<std::int32_t> edge_;                         ///< cells of one row
+  std::vector<std::int32_t> field_, rows_;                 ///< rows_: the flood's, to work in
+  Boundary boundary_;
+  Interfaces interfaces_;
   std::vector<int> stations_;                              ///< of each segment: places along it that carry protrusion samples
   std::vector<double> protrusions_;
   std::size_t sample_count_ = 0;                           ///< M of Eq. 5

@@ -3,21 +3,14 @@
 #include <algorithm>
 #include <cstring>
 
+#include "embedding/eight.h"
+
 namespace transformables {
 namespace {
 
 // Costs of a step to a neighbour by face, edge and corner, packed as distances are.
 constexpr std::int32_t kFace = 32 << kLabelBits, kEdge = 45 << kLabelBits, kCorner = 55 << kLabelBits;
 
-// Eight cells at once. The same code is compiled twice below: for every machine, and for those (nearly all) whose
-// registers hold eight numbers. No eight is passed to or from a function that is not inlined.
-#define EMBEDDING_INLINE inline __attribute__((always_inline))
-typedef std::int32_t Eight __attribute__((vector_size(32)));
-
-// Macros, since a vector handed to a function, inlined or not, changes the binary interface with the machine.
-#define EMBEDDING_LOAD(name, from) \
-  Eight name;                      \
-  std::memcpy(&name, from, sizeof name)
 #define EMBEDDING_LEAST(a, b) ((a) < (b) ? (a) : (b))
 
 /// One row takes what comes from the four rows on the side that the sweep comes from, and from its own cells on that
@@ -31,20 +24,20 @@ EMBEDDING_INLINE bool sweep_row(std::int32_t* row, const std::int32_t* wall, int
   for (int k = 0; k < count; k += 8) {
     std::int32_t* v = row + (kForward ? k : count - 8 - k);
     const std::int32_t *a = v + dy, *b = v + dz, *c = v + dz + dy, *d = v + dz - dy;
-    EMBEDDING_LOAD(old, v);
-    EMBEDDING_LOAD(a0, a);
-    EMBEDDING_LOAD(b0, b);
-    EMBEDDING_LOAD(a1, a - 1);
-    EMBEDDING_LOAD(a2, a + 1);
-    EMBEDDING_LOAD(b1, b - 1);
-    EMBEDDING_LOAD(b2, b + 1);
-    EMBEDDING_LOAD(c0, c);
-    EMBEDDING_LOAD(d0, d);
-    EMBEDDING_LOAD(c1, c - 1);
-    EMBEDDING_LOAD(c2, c + 1);
-    EMBEDDING_LOAD(d1, d - 1);
-    EMBEDDING_LOAD(d2, d + 1);
-    EMBEDDING_LOAD(walls, wall + (v - row));
+    EMBEDDING_LOAD(Eight, old, v);
+    EMBEDDING_LOAD(Eight, a0, a);
+    EMBEDDING_LOAD(Eight, b0, b);
+    EMBEDDING_LOAD(Eight, a1, a - 1);
+    EMBEDDING_LOAD(Eight, a2, a + 1);
+    EMBEDDING_LOAD(Eight, b1, b - 1);
+    EMBEDDING_LOAD(Eight, b2, b + 1);
+    EMBEDDING_LOAD(Eight, c0, c);
+    EMBEDDING_LOAD(Eight, d0, d);
+    EMBEDDING_LOAD(Eight, c1, c - 1);
+    EMBEDDING_LOAD(Eight, c2, c + 1);
+    EMBEDDING_LOAD(Eight, d1, d - 1);
+    EMBEDDING_LOAD(Eight, d2, d + 1);
+    EMBEDDING_LOAD(Eight, walls, wall + (v - row));
     const Eight face = EMBEDDING_LEAST(a0, b0) + kFace;
     const Eight a12 = EMBEDDING_LEAST(a1, a2), b12 = EMBEDDING_LEAST(b1, b2), cd = EMBEDDING_LEAST(c0, d0);
     const Eight ab = EMBEDDING_LEAST(a12, b12), edge = EMBEDDING_LEAST(ab, cd) + kEdge;
@@ -91,43 +84,45 @@ EMBEDDING_INLINE bool carry_along_runs(const Voxels& voxels, const Voxels::Row& 
   return changed != 0;
 }
 
+/// A row is gone through when it, or one of the four rows it takes from, changed in this sweep or in the last one; all are in the
+/// first sweep from each side.
+/// @param changed  of each row of the box and one around it: the number of the last sweep that changed it
 template <bool kForward>
-EMBEDDING_INLINE bool sweep(const Voxels& voxels, std::int32_t* field) {
-  bool changed = false;
+EMBEDDING_INLINE bool sweep(const Voxels& voxels, std::int32_t* field, std::int32_t* changed, std::int32_t number) {
+  bool any = false;
   const std::size_t count = voxels.rows.size();
+  const std::ptrdiff_t dy = kForward ? -1 : 1, dz = dy * (voxels.size.y() + 2);
   for (std::size_t k = 0; k < count; ++k) {
     const Voxels::Row& row = voxels.rows[kForward ? k : count - 1 - k];
+    std::int32_t* at = changed + (row.z + 1) * std::ptrdiff_t(voxels.size.y() + 2) + row.y + 1;
+    const std::int32_t latest = std::max({at[0], at[dy], at[dz], at[dz - dy], at[dz + dy]});
+    if (number > 2 && latest < number - 1) continue;
     const bool multiple = row.end_run - row.first_run > 1;
-    changed |= sweep_row<kForward>(field + row.begin, voxels.wall.data() + row.begin, row.count, voxels.pitch, voxels.slice, multiple);
-    if (multiple) changed |= carry_along_runs<kForward>(voxels, row, field);
+    bool now = sweep_row<kForward>(field + row.begin, voxels.wall.data() + row.begin, row.count, voxels.pitch, voxels.slice, multiple);
+    if (multiple) now |= carry_along_runs<kForward>(voxels, row, field);
+    if (now) *at = number;
+    any |= now;
   }
-  return changed;
+  return any;
 }
 
 /// After a sweep nothing more comes from its side: the first that changes nothing, coming from the other, is the last.
-EMBEDDING_INLINE int sweep_until_still(const Voxels& voxels, std::int32_t* field) {
+EMBEDDING_INLINE int sweep_until_still(const Voxels& voxels, std::int32_t* field, std::int32_t* changed) {
   for (int sweeps = 1;; ++sweeps) {
-    const bool changed = sweeps % 2 == 1 ? sweep<true>(voxels, field) : sweep<false>(voxels, field);
-    if (!changed && sweeps > 1) return sweeps;
+    const bool any = sweeps % 2 == 1 ? sweep<true>(voxels, field, changed, sweeps) : sweep<false>(voxels, field, changed, sweeps);
+    if (!any && sweeps > 1) return sweeps;
   }
 }
 
-int flood_plain(const Voxels& voxels, std::int32_t* field) { return sweep_until_still(voxels, field); }
+int flood_plain(const Voxels& voxels, std::int32_t* field, std::int32_t* changed) { return sweep_until_still(voxels, field, changed); }
 
-#if defined(__x86_64__)
-__attribute__((target("avx2"))) int flood_avx2(const Voxels& voxels, std::int32_t* field) {
-  return sweep_until_still(voxels, field);
-}
-bool has_avx2() { return __builtin_cpu_supports("avx2"); }
-#else
-int flood_avx2(const Voxels& voxels, std::int32_t* field) { return flood_plain(voxels, field); }
-bool has_avx2() { return false; }
-#endif
+EMBEDDING_AVX2 int flood_avx2(const Voxels& voxels, std::int32_t* field, std::int32_t* changed) { return sweep_until_still(voxels, field, changed); }
 
 }  // namespace
 
-int flood(const Voxels& voxels, std::int32_t* field) {
-  return has_avx2() ? flood_avx2(voxels, field) : flood_plain(voxels, field);
+int flood(const Voxels& voxels, std::int32_t* field, std::vector<std::int32_t>& rows) {
+  rows.assign(std::size_t(voxels.size.y() + 2) * std::size_t(voxels.size.z() + 2), 0);
+  return has_avx2() ? flood_avx2(voxels, field, rows.data()) : flood_plain(voxels, field, rows.data());
 }
 
 }  // namespace transformables

@@ -12,12 +12,13 @@ namespace {
 // and 5 are flat near zero and lose against L_skin, whose sum is in the hundreds: they would leave a design infeasible.
 constexpr double kFeasibility = 1e4;
 constexpr double kPinned = 1e5;          // so that a bone is rather out of the target than off its pin
-constexpr double kPainted = 3e3;         // soft: a voxel that a painted region is missed by costs less than a voxel of a collision
+constexpr double kPainted = 6e3;         // soft: a voxel that a painted region is missed by costs less than a voxel of a collision
 constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian counts as much as this move
 // With many minima about, a larger population ends in better ones, but converges later: it is as large as the bound for a run
 // allows, up to twice the usual. The usual one has about converged after so many evaluations an unknown.
 constexpr double kEvaluationsAnUnknown = 250, kLargestPopulation = 2;
-constexpr double kWideSigma = 0.35, kCarefulSigma = 0.08, kRestartSigma = 0.15;
+// Searches with a long step find other minima than those with a short one, which sooner are good; a coin decides for each start.
+constexpr double kWideSigma = 0.2, kNarrowSigma = 0.07, kCarefulSigma = 0.08, kRestartSigma = 0.15;
 constexpr std::chrono::milliseconds kShown{50};
 constexpr std::ptrdiff_t kTogether = 8;  // runs: few, so that there is soon something to show
 constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
@@ -28,6 +29,7 @@ constexpr std::size_t kPromising = 3, kGood = 8;
 constexpr int kPosesTried = 16;          // random poses for each start, before any search
 constexpr long kShortRun = 300, kMiddleRun = 900, kLongRun = 2500;
 constexpr int kRoughVoxels = 32;         // along the target's longest side, for the first rounds
+constexpr double kTouching = 0.1;        // steps: what is less deep in one another does not count as a collision
 constexpr std::size_t kRoughFew = 3000;  // voxels: with more, one in five is a boundary sample
 
 /// Box centre when that is inside, else the deepest place inside.
@@ -58,11 +60,15 @@ std::shared_ptr<const Voxels> coarser(const Target& target, const std::shared_pt
 
 }  // namespace
 
+bool is_sound(const Embedding& embedding, double step) {
+  return embedding.deepest_protrusion < step && embedding.deepest_collision < kTouching * step;
+}
+
 Search::Search(const Character& character, const Target& target, const EmbeddingOptions& options, bool symmetric,
                const Progress& progress, const Hear& best_so_far)
     : options_(options), symmetric_(symmetric), progress_(progress), best_so_far_(best_so_far),
       unknowns_(character, target, options, symmetric), painted_(options.painted), start_head_(start_head(target)),
-      fine_(std::make_shared<const Voxels>(target)), coarse_(coarser(target, fine_)), difference_(character, target, *fine_),
+      fine_(std::make_shared<const Voxels>(target)), coarse_(coarser(target, fine_)), difference_(character, target, *fine_), target_step_(target.distance.shape.step),
       workers_([&character, &target, &options, this] {
         return Worker{Evaluator(character, target, fine_, options.weights), Evaluator(character, target, coarse_, options.weights),
                       {Eigen::Isometry3d::Identity(), Eigen::VectorXd::Zero(character.angle_count)},
@@ -147,10 +153,12 @@ double Search::breadth() const {
 
 std::vector<Search::Run> Search::started(std::size_t count) {
   const int population = int(breadth() * CmaEs::default_population(unknowns_.count()));
+  Random random(~options_.seed);
   std::vector<Run> runs;
   for (Job& job : screened(count)) {
     const std::uint64_t stream = runs.size() + 1;
-    runs.push_back({optimiser(job.y, kWideSigma, population, stream), job.start, stream, 0, 0, job.y, job.value, {}});
+    const double sigma = random.uniform() < 0.5 ? kWideSigma : kNarrowSigma;
+    runs.push_back({optimiser(job.y, sigma, population, stream), job.start, stream, 0, 0, job.y, job.value, {}});
   }
   return runs;
 }
@@ -295,11 +303,14 @@ std::vector<Embedding> Search::wide(int count, double least_difference, const He
     }
     finish(batch, ended, found);
     settle(ended);
-    if (ended.size() >= std::size_t(count)) break;
+    // A pose that is not sound is no solution: as long as there are others, they have their turn.
+    if (ended.size() >= std::size_t(count) && sound(ended.front())) break;
   }
   for (std::size_t k = 0; k < std::min(ended.size(), std::size_t(count)); ++k) solutions.push_back(embedding_of(ended[k].best, ended[k].start));
   return solutions;
 }
+
+bool Search::sound(const Run& run) { return is_sound(embedding_of(run.best, run.start), target_step_); }
 
 /// Best first, and of those that came to be alike only the best one.
 void Search::settle(std::vector<Run>& ended) { ended = best_that_differ(ended, ended.size()); }

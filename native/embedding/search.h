@@ -20,6 +20,9 @@
 
 namespace transformables {
 
+/// Inside and free of collisions, as far as a voxel of the target can tell.
+bool is_sound(const Embedding& embedding, double step);
+
 /// One object a search. Its input is checked by the door (embedding.cpp).
 class Search {
  public:
@@ -74,6 +77,7 @@ class Search {
   std::vector<Run> best_that_differ(std::vector<Run>& runs, std::size_t count);
   void finish(std::vector<Run>& finalists, std::vector<Run>& ended, const Hear& found);
   void settle(std::vector<Run>& ended);
+  bool sound(const Run& run);
   Embedding embedding_of(const Eigen::VectorXd& y, const StartPlace& start);
   CmaEs optimiser(const Eigen::VectorXd& mean, double sigma, int population, std::uint64_t stream) const;
   void tick() { progress_(std::min(1.0, double(evaluations_) / double(planned_)), "embedding"); }
@@ -87,6 +91,7 @@ class Search {
   Eigen::Vector3d start_head_;
   std::shared_ptr<const Voxels> fine_, coarse_;
   PartitionDifference difference_;
+  double target_step_;
   double least_difference_ = 0;
   tbb::enumerable_thread_specific<Worker> workers_;
   tbb::task_arena arena_;

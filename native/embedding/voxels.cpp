@@ -18,14 +18,15 @@ int Voxels::stride_of(const Target& target, int most) {
 Voxels::Voxels(const Target& target, int most, std::size_t few) {
   const GridShape& shape = target.distance.shape;
   stride = stride_of(target, most);
-  std::vector<Eigen::Vector3i> inside;
+  std::vector<Eigen::Vector3i> taken;
   for (const std::size_t i : target.inside) {
     const Eigen::Vector3i c = shape.cell(i);
-    if (c.x() % stride == 0 && c.y() % stride == 0 && c.z() % stride == 0) inside.push_back(c / stride);
+    if (c.x() % stride == 0 && c.y() % stride == 0 && c.z() % stride == 0) taken.push_back(c / stride);
   }
-  if (inside.empty()) throw InvalidInput("the target has no voxels inside at this resolution: raise the resolution");
-  Eigen::Vector3i low = inside.front(), high = inside.front();
-  for (const auto& c : inside) {
+  if (taken.empty()) throw InvalidInput("the target has no voxels inside at this resolution: raise the resolution");
+  inside = taken.size();
+  Eigen::Vector3i low = taken.front(), high = taken.front();
+  for (const auto& c : taken) {
     low = low.cwiseMin(c);
     high = high.cwiseMax(c);
   }
@@ -37,10 +38,10 @@ Voxels::Voxels(const Target& target, int most, std::size_t few) {
   slice = pitch * (size.y() + 2);
   cells = slice * (size.z() + 2) + 2 * kPad;
   wall.assign(std::size_t(cells), kUnreached);
-  for (const auto& c : inside) wall[std::size_t(cell(c.x() - low.x(), c.y() - low.y(), c.z() - low.z()))] = 0;
+  for (const auto& c : taken) wall[std::size_t(cell(c.x() - low.x(), c.y() - low.y(), c.z() - low.z()))] = 0;
 
-  // One voxel in five, a knight's move apart: every plane of voxels has its fifth.
-  spacing = inside.size() < few ? 1 : 5;
+  // One voxel in five, a knight's move apart: every plane of voxels has its fifth. One in three does the same.
+  spacing = inside < few ? 1 : inside < 2 * few ? 3 : 5;
   samples_weight = spacing * (step / kPaperStep) * (step / kPaperStep);
   for (int z = 0; z < size.z(); ++z)
     for (int y = 0; y < size.y(); ++y) {
@@ -59,6 +60,7 @@ Voxels::Voxels(const Target& target, int most, std::size_t few) {
       const std::int32_t start = cell(0, y, z), first = runs[std::size_t(row.first_run)].begin;
       row.begin = start + (first - start) / 8 * 8;
       row.count = (runs.back().end - row.begin + 7) / 8 * 8;
+      row.phase = (spacing + (start + first_sampled(y, z) - row.begin) % spacing) % spacing;
       rows.push_back(row);
     }
 }

@@ -26,10 +26,11 @@ struct Voxels {
     std::int32_t begin = 0, count = 0; ///< cells that hold all inside ones of the row; count is a multiple of 8
     std::int32_t first_run = 0, end_run = 0;
     std::int32_t y = 0, z = 0;
+    std::int32_t phase = 0;            ///< cells from `begin` to the first one at which a boundary sample may be
   };
 
   /// @param most  voxels along the target's longest side: of finer grids every second, third, ... sample is taken
-  /// @param few   with fewer voxels inside, each one on a boundary is a sample; else one in five
+  /// @param few   with fewer voxels inside, each one on a boundary is a sample; else one in three, from twice as many on one in five
   explicit Voxels(const Target& target, int most = kMostVoxels, std::size_t few = kFewVoxels);
   /// Samples of the target's grid a voxel would be, along each axis.
   static int stride_of(const Target& target, int most);
@@ -37,9 +38,11 @@ struct Voxels {
   std::int32_t cell(int x, int y, int z) const { return (z + 1) * slice + (y + 1) * pitch + x + kPad; }
   /// First x >= 0 of a row at which boundary samples are taken; they go on every `spacing` voxels.
   int first_sampled(int y, int z) const { return (spacing - (2 * y + 4 * z) % spacing) % spacing; }
+  Eigen::Vector3i place(const Row& row, std::int32_t c) const { return {c - cell(0, row.y, row.z), row.y, row.z}; }
+  Eigen::Vector3d position(const Row& row, std::int32_t c) const { return origin + step * place(row, c).cast<double>(); }
   Eigen::Vector3d position(double x, double y, double z) const { return origin + step * Eigen::Vector3d(x, y, z); }
 
-  static constexpr std::size_t kFewVoxels = 12000;
+  static constexpr std::size_t kFewVoxels = 6000;
   static constexpr int kPad = 8;       ///< cells between rows, so that neighbours may be read blindly
   Eigen::Vector3i size;                ///< of the box of inside voxels
   Eigen::Vector3d origin;              ///< of voxel (0, 0, 0), target frame
@@ -50,6 +53,7 @@ struct Voxels {
   std::vector<std::int32_t> wall;      ///< 0 inside, kUnreached outside: the largest of it and a value is the value, walled
   std::vector<Row> rows;
   std::vector<Run> runs;
+  std::size_t inside = 0;              ///< voxels inside
   int spacing = 1;                     ///< one voxel in so many may be a boundary sample
   double samples_weight = 1;           ///< makes a sum over sampled boundary voxels the sum at the paper's step of 0.01
 };

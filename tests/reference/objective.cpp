@@ -34,6 +34,8 @@ constexpr double kThinnest = 0.87;      // voxels: the least radius that a capsu
 constexpr double kBisector = 0.1;       // of how far a point lies past a bone's end: breaks ties about a joint
 constexpr double kJointRadii = 2.5;
 constexpr double kNeighbourhood = 2.5;  // voxels: interface points so near to one another make its plane
+constexpr double kPlain = 1e-6;         // so much of the squared spread of points: less, and they make no plane, but a line, a point or a ball
+constexpr double kOneSided = 1e-9;      // voxels: less, and points have the parent on both sides alike
 constexpr int kAround = 6;
 
 double positive(double x) { return std::max(x, 0.0); }
@@ -49,11 +51,6 @@ double to_bone(const std::vector<Segment>& segments, const Vector3d& p) {
   double least = std::numeric_limits<double>::infinity();
   for (const Segment& s : segments) least = std::min(least, distance(s, p));
   return least;
-}
-
-const Segment& nearest_segment(const std::vector<Segment>& segments, const Vector3d& p) {
-  return *std::min_element(segments.begin(), segments.end(),
-                           [&](const Segment& a, const Segment& b) { return distance(a, p) < distance(b, p); });
 }
 
 /// A segment without the first `cut` of it; false when nothing is left.
@@ -315,7 +312,8 @@ Objective::Interface Objective::interface_at(const std::vector<Flooded>& flooded
   return result;
 }
 
-// Moving least squares: the plane through the joint's interface points near this one, nearer ones counting more.
+// Moving least squares: the plane through the joint's interface points near this one, nearer ones counting more. The weight runs out
+// to nothing at the reach, so that a point which comes or goes there makes no jump. Where there is no plane: towards the parent.
 Vector3d Objective::fitted_normal(const std::vector<Interface>& interfaces, std::size_t voxel) const {
   const Interface& here = interfaces[voxel];
   const double reach = kNeighbourhood * shape_.step;
@@ -324,9 +322,8 @@ Vector3d Objective::fitted_normal(const std::vector<Interface>& interfaces, std:
   double weights = 1;
   for_around(shape_, voxel, 3, [&](std::size_t n, int) {
     const Interface& other = interfaces[n];
-    const double square = (other.point - here.point).squaredNorm() / (reach * reach);
-    if (other.child != here.child || square >= 1) return;
-    const double weight = std::exp(-4 * square);
+    if (other.child != here.child) return;
+    const double weight = std::pow(positive(1 - (other.point - here.point).squaredNorm() / (reach * reach)), 3);
     near.emplace_back(&other, weight);
     mean += weight * other.point;
     side += weight * other.to_parent;
@@ -335,24 +332,14 @@ Vector3d Objective::fitted_normal(const std::vector<Interface>& interfaces, std:
   mean /= weights;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   for (const auto& [other, weight] : near) covariance += weight * (other->point - mean) * (other->point - mean).transpose();
-  if (near.size() < 3) return side.norm() > 0 ? Vector3d(side.normalized()) : side;
+  const double one_sided = kOneSided * weights * shape_.step;
+  if (side.norm() <= one_sided) return Vector3d::Zero();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  const Vector3d spread = solver.eigenvalues();
+  if ((spread[1] - spread[0]) * (spread[2] - spread[0]) <= kPlain * spread.sum() * spread.sum()) return side.normalized();
   const Vector3d normal = solver.eigenvectors().col(0);
+  if (std::abs(normal.dot(side)) <= one_sided) return Vector3d::Zero();
   return normal.dot(side) < 0 ? Vector3d(-normal) : normal;
-}
-
-// Central differences of how much nearer the parent is than the child; so short that a kink is hardly ever met.
-Vector3d Objective::gradient_normal(const Posed& posed, const Interface& at) const {
-  const int parent = character_.bones[std::size_t(at.child)].parent;
-  const Segment &child = nearest_segment(posed.segments[std::size_t(at.child)], at.point),
-                &other = nearest_segment(posed.segments[std::size_t(parent)], at.point);
-  Vector3d gradient;
-  for (int a = 0; a < 3; ++a) {
-    const Vector3d d = 1e-8 * Vector3d::Unit(a);
-    gradient[a] = (with_overshoot(child, at.point + d) - with_overshoot(child, at.point - d) - with_overshoot(other, at.point + d) +
-                   with_overshoot(other, at.point - d)) / 2e-8;
-  }
-  return gradient.norm() < 1e-6 ? Vector3d(Vector3d::Zero()) : Vector3d(gradient.normalized());
 }
 
 // Eq. 3: p from the joint, the range from the embedding's angle.
@@ -363,7 +350,7 @@ double Objective::skin(const Pose& pose, const Posed& posed, const std::vector<F
   for (const std::size_t v : voxels_) {
     const Interface& at = interfaces[v];
     if (at.child < 0 || !is_sample(v)) continue;
-    const Vector3d normal = options_.normals == NormalKind::kGradient ? gradient_normal(posed, at) : fitted_normal(interfaces, v);
+    const Vector3d normal = fitted_normal(interfaces, v);
     const Bone& bone = character_.bones[std::size_t(at.child)];
     for (std::size_t k = 0; k < bone.hinges.size(); ++k) {
       const auto angle = std::size_t(bone.first_angle) + k;

@@ -6,11 +6,9 @@
 // can be compared alone:
 //   flood      the paper's fronts count voxels, whatever the direction; production measures ways (1, sqrt 2, sqrt 3 a step) from
 //              the bone's axis, so that of two bones the truly nearer wins
-//   normals    the paper fits planes to neighbouring interface points; production knows the interface as the place where two
-//              bones are equally near and takes the gradient
 //   collisions the paper leaves out joined pairs; production leaves out what lies within 2.5 radii of a joint, for every pair, since
 //              bones that share a neighbour (two thighs) always meet there, and bones that are joined may meet far from it
-//   spacing    production looks at one boundary voxel in five of fine grids
+//   spacing    production looks at one boundary voxel in three or five of finer grids
 #pragma once
 
 #include <Eigen/Core>
@@ -25,12 +23,10 @@
 namespace transformables::reference {
 
 enum class FloodKind { kBreadthFirst, kShortestWay };
-enum class NormalKind { kMovingLeastSquares, kGradient };
 enum class CollisionKind { kNotJoined, kBeyondJoints };
 
 struct ObjectiveOptions {
   FloodKind flood = FloodKind::kBreadthFirst;
-  NormalKind normals = NormalKind::kMovingLeastSquares;
   CollisionKind collisions = CollisionKind::kNotJoined;
   int stride = 1;    ///< samples of target.distance a voxel, along each axis
   int spacing = 1;   ///< one voxel in so many is looked at in Eqs. 2 and 3: those with (x + 2y + 4z) divisible by it
@@ -73,7 +69,6 @@ class Objective {
   bool is_sample(std::size_t voxel) const;
   Interface interface_at(const std::vector<Flooded>& flooded, std::size_t voxel) const;
   Eigen::Vector3d fitted_normal(const std::vector<Interface>& interfaces, std::size_t voxel) const;
-  Eigen::Vector3d gradient_normal(const Posed& posed, const Interface& at) const;
 
   const Character& character_;
   const Target& target_;

