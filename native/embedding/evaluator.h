@@ -7,6 +7,7 @@
 
 #include "embedding/embedding.h"
 #include "embedding/skeleton.h"
+#include "embedding/unfolding.h"
 #include "embedding/voxels.h"
 
 namespace transformables {
@@ -58,6 +59,7 @@ class Evaluator {
   std::shared_ptr<const Voxels> voxels_;
   ObjectiveWeights weights_;
   Skeleton skeleton_;
+  Unfolding unfolding_;
   std::vector<std::int32_t> field_;
   std::vector<std::int32_t> edge_;                         ///< cells of one row
   std::vector<int> stations_;                              ///< of each segment: places along it that carry protrusion samples

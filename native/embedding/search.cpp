@@ -12,7 +12,7 @@ namespace {
 // and 5 are flat near zero and lose against L_skin, whose sum is in the hundreds: they would leave a design infeasible.
 constexpr double kFeasibility = 1e4;
 constexpr double kPinned = 1e5;          // so that a bone is rather out of the target than off its pin
-constexpr double kPainted = 3e3;         // soft: a voxel that a painted region is missed by costs less than a voxel of a collision
+constexpr double kPainted = 6e3;         // soft: a voxel that a painted region is missed by costs less than a voxel of a collision
 constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian counts as much as this move
 // With many minima about, a larger population ends in better ones, but converges later: it is as large as the bound for a run
 // allows, up to twice the usual. The usual one has about converged after so many evaluations an unknown.
