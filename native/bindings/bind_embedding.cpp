@@ -24,6 +24,7 @@ py::dict terms_of(const Embedding& e) {
   d["protrude"] = t.protrude;
   d["limits"] = t.limits;
   d["morphology"] = t.morphology;
+  d["unfold"] = t.unfold;
   d["total"] = t.total;
   return d;
 }
@@ -31,7 +32,8 @@ py::dict terms_of(const Embedding& e) {
 ObjectiveWeights weights_from(const std::map<std::string, double>& given) {
   ObjectiveWeights w;
   const std::map<std::string, double*> places{{"compact", &w.compact}, {"skin", &w.skin}, {"skeleton", &w.skeleton},
-                                              {"protrude", &w.protrude}, {"limits", &w.limits}, {"morphology", &w.morphology}};
+                                              {"protrude", &w.protrude}, {"limits", &w.limits}, {"morphology", &w.morphology},
+                                              {"unfold", &w.unfold}};
   for (const auto& [term, weight] : given) {
     const auto place = places.find(term);
     if (place == places.end()) throw InvalidInput("the objective has no term called '" + term + "'");

@@ -62,7 +62,7 @@ void check(const Character& character, const Target& target, const EmbeddingOpti
   if (!(options.least_scale > 0) || !(options.least_scale <= 1) || !(options.largest_scale >= 1) || !(options.largest_scale <= 100))
     throw InvalidInput("bounds of the bones' scales must be: 0 < least <= 1 <= largest <= 100");
   const ObjectiveWeights& w = options.weights;
-  for (const double weight : {w.compact, w.skin, w.skeleton, w.protrude, w.limits, w.morphology})
+  for (const double weight : {w.compact, w.skin, w.skeleton, w.protrude, w.limits, w.morphology, w.unfold})
     if (!(weight >= 0) || !std::isfinite(weight)) throw InvalidInput("weights of the objective must be finite and not negative");
   check_steering(character, options);
   if (options.symmetry != Symmetry::kOn) return;

@@ -23,11 +23,12 @@ struct ObjectiveTerms {
   double protrude = 0;    ///< Eq. 5
   double limits = 0;      ///< penalty for angles outside [alpha_min, alpha_max]
   double morphology = 0;  ///< regulariser: sum of log(beta)^2
+  double unfold = 0;      ///< share of the target that gets in the way of the joints as they unfold, roughly; not looked at when its weight is 0
   double total = 0;       ///< weighted sum of all
 };
 
 struct ObjectiveWeights {
-  double compact = 1, skin = 1, skeleton = 1e3, protrude = 1e3, limits = 1, morphology = 0.01;
+  double compact = 1, skin = 1, skeleton = 1e3, protrude = 1e3, limits = 1, morphology = 0.01, unfold = 300;
 };
 
 enum class Symmetry { kAuto, kOn, kOff };

@@ -55,7 +55,7 @@ inline double distance2(const Skeleton& skeleton, int bone, const Eigen::Vector3
 Evaluator::Evaluator(const Character& character, const Target& target, std::shared_ptr<const Voxels> voxels,
                      const ObjectiveWeights& weights)
     : target_(target), voxels_(std::move(voxels)), weights_(weights), skeleton_(character),
-      boundary_(character, *voxels_), interfaces_(*voxels_) {
+      boundary_(character, *voxels_), interfaces_(*voxels_), unfolding_(character, voxels_) {
   field_.assign(std::size_t(voxels_->cells), kUnreached);
   rows_.reserve(std::size_t(voxels_->size.y() + 2) * std::size_t(voxels_->size.z() + 2));
   protrusions_.assign(character.bones.size(), 0);
@@ -88,11 +88,14 @@ Evaluation Evaluator::operator()(const Pose& pose, const Morphology& morphology)
   if (plant_seeds()) {
     flood(*voxels_, field_.data(), rows_);
     add_boundaries(pose, terms);
+    if (weights_.unfold > 0) terms.unfold = unfolding_(skeleton_, pose, field_);
   } else {
     terms.compact = compact_without_seeds();
+    terms.unfold = weights_.unfold > 0;  // nothing is there to be moved
   }
   terms.total = weights_.compact * terms.compact + weights_.skin * terms.skin + weights_.skeleton * terms.skeleton +
                 weights_.protrude * terms.protrude + weights_.limits * terms.limits + weights_.morphology * terms.morphology;
+  if (weights_.unfold > 0) terms.total += weights_.unfold * terms.unfold;
   return result;
 }
 

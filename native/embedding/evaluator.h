@@ -9,6 +9,7 @@
 #include "embedding/embedding.h"
 #include "embedding/interfaces.h"
 #include "embedding/skeleton.h"
+#include "embedding/unfolding.h"
 #include "embedding/voxels.h"
 
 namespace transformables {
@@ -61,6 +62,7 @@ class Evaluator {
   std::vector<std::int32_t> field_, rows_;                 ///< rows_: the flood's, to work in
   Boundary boundary_;
   Interfaces interfaces_;
+  Unfolding unfolding_;
   std::vector<int> stations_;                              ///< of each segment: places along it that carry protrusion samples
   std::vector<double> protrusions_;
   std::size_t sample_count_ = 0;                           ///< M of Eq. 5

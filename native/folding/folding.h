@@ -102,7 +102,8 @@ struct Folding {
   std::vector<std::size_t> yielding;              ///< see TransferAlongResult
 };
 
-/// Plans and transfers in turn, as each makes room for the other, `rounds` times at most; the best that was met.
+/// Plans and transfers in turn, as each makes room for the other, `rounds` times at most; the best that was met. Where all joints opening
+/// together, in one move, leaves less to carve, it is that.
 /// @throws InvalidInput, Cancelled
 Folding fold(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
              const FoldingOptions& options, const Progress& progress);

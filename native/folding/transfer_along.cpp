@@ -2,6 +2,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "folding/carve_estimate.h"
 #include "folding/cores.h"
@@ -43,6 +44,17 @@ Segmentation transferred(const Design& design, const FoldPath& path, const Foldi
   return design.segmentation;
 }
 
+/// All joints at once, in one move.
+FoldPath straight_path(const Eigen::VectorXd& folded_angles) {
+  constexpr double kOpenAlready = 1e-6;  // radians
+  Move move;
+  for (int angle = 0; angle < int(folded_angles.size()); ++angle)
+    if (std::abs(folded_angles[angle]) > kOpenAlready) move.turns.push_back({angle, folded_angles[angle], 0});
+  FoldPath path;
+  if (!move.turns.empty()) path.moves.push_back(std::move(move));
+  return path;
+}
+
 /// Smooths a segmentation's interfaces along a path. Level sets round off corners, which can cost a little carving: more than a
 /// small share of the target, or than `most`, is not worth the looks.
 Segmentation smoothed(const Design& design, const FoldPath& path, const FoldingOptions& options, double most, double& carving) {
@@ -79,12 +91,23 @@ Segmentation transfer_along(const Segmentation& segmentation, const Character& c
   return rounded(changed, character, target, embedding, ranges_of(path, character), options.threads);
 }
 
+/// The straight unfolding with the parts made to go with it: no order is searched for.
+static Folding straight(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+                        const FoldingOptions& options, const Progress& progress) {
+  TransferAlongResult result;
+  FoldPath path = folding::straight_path(embedding.pose.angles);
+  Segmentation changed = transfer_along(segmentation, character, target, embedding, path, options, progress, &result);
+  return {std::move(path), std::move(changed), result.colliding_before, result.colliding_after, std::move(result.yielding)};
+}
+
 Folding fold(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
              const FoldingOptions& options, const Progress& progress) {
   constexpr double kWorthARound = 0.05;  // of what collides, that a round must mend for another to follow
   if (options.rounds < 1) throw InvalidInput("folding: rounds must be at least 1");
   const folding::Stopwatch watch(options.threads);
   Folding best;
+  const Progress beginning{[&](double, std::string_view note) { return !progress.tell || progress.tell(0, note); }};
+  Folding together = straight(segmentation, character, target, embedding, options, beginning);
   Segmentation current = segmentation;
   FoldPath path = folding::unmeasured_plan({character, current, target, embedding}, options, progress, nullptr);
   FoldingOptions again = options;  // later plans start from the last one and need less
@@ -109,6 +132,7 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
     path = folding::unmeasured_plan({character, current, target, embedding}, again, part, &path);
     cut_short = path.cut_short;
   }
+  if (together.carving_after < best.carving_after) best = std::move(together);
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
   arena.execute([&] {
     const folding::Design design{character, best.segmentation, target, embedding};

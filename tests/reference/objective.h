@@ -8,6 +8,7 @@
 //              the bone's axis, so that of two bones the truly nearer wins
 //   collisions the paper leaves out joined pairs; production leaves out what lies within 2.5 radii of a joint, for every pair, since
 //              bones that share a neighbour (two thighs) always meet there, and bones that are joined may meet far from it
+//   unfold     every voxel is moved, or as many as production moves
 //   spacing    production looks at one boundary voxel in three or five of finer grids
 #pragma once
 
@@ -30,6 +31,7 @@ struct ObjectiveOptions {
   CollisionKind collisions = CollisionKind::kNotJoined;
   int stride = 1;    ///< samples of target.distance a voxel, along each axis
   int spacing = 1;   ///< one voxel in so many is looked at in Eqs. 2 and 3: those with (x + 2y + 4z) divisible by it
+  int unfolded = 0;  ///< of the voxels so many, spread as production spreads them, are moved to see what is in their way; 0: all
 };
 
 /// A voxel of the flood.
@@ -65,6 +67,9 @@ class Objective {
   double skin(const Pose& pose, const Posed& posed, const std::vector<Flooded>& flooded) const;
   double skeleton(const Posed& posed) const;
   double protrude(const Posed& posed) const;
+  double unfold(const Pose& pose, const Morphology& morphology, const std::vector<Flooded>& flooded) const;
+  double in_the_way(const Pose& pose, const Morphology& morphology, const std::vector<Flooded>& flooded, bool staggered) const;
+  std::vector<std::size_t> unfolded() const;
   bool on_boundary(const std::vector<Flooded>& flooded, std::size_t voxel) const;
   bool is_sample(std::size_t voxel) const;
   Interface interface_at(const std::vector<Flooded>& flooded, std::size_t voxel) const;
@@ -77,7 +82,7 @@ class Objective {
   GridShape shape_;
   std::vector<char> inside_;
   std::vector<std::size_t> voxels_;              ///< the inside ones
-  Eigen::Vector3i low_ = Eigen::Vector3i::Zero();  ///< corner of their box
+  Eigen::Vector3i low_ = Eigen::Vector3i::Zero(), high_ = Eigen::Vector3i::Zero();  ///< corners of their box
 };
 
 }  // namespace transformables::reference

@@ -7,7 +7,7 @@ pose: then it is that one.
 """
 from .options import UserError
 
-USUAL_WEIGHTS = {"compact": 1.0, "skin": 1.0, "skeleton": 1e3, "protrude": 1e3, "morphology": 0.01}  # the native module's
+USUAL_WEIGHTS = {"compact": 1.0, "skin": 1.0, "skeleton": 1e3, "protrude": 1e3, "morphology": 0.01, "unfold": 300.0}  # the native module's
 KEYS = ("weights", "locked", "pinned", "proportions", "apart", "pose")
 
 

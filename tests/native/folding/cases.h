@@ -122,6 +122,17 @@ inline Made doors() {
   return m;
 }
 
+/// Two doors that hold each other shut: on one half each reaches under the other, on the other half over it. Neither can open first.
+inline Made interlocked() {
+  return made({{-1, {0, 0, -0.05}, 0, {{-0.15, 0, -0.05}, {0.15, 0, -0.05}}, -1},
+               {0, {-0.2, 0, 0}, kQuarter, {{-0.15, 0, 0.05}, {-0.1, 0, 0.05}}, -1},
+               {0, {0.2, 0, 0}, -kQuarter, {{0.1, 0, 0.05}, {0.15, 0, 0.05}}, -1}},
+              {0.2, 0.1, 0.1}, [](const Vector3d& p) {
+                const double edge = (p.y() < 0) == (p.z() < 0.05) ? 0.04 : -0.04;
+                return std::vector<double>{p.z(), std::max(-p.z(), p.x() - edge), std::max(-p.z(), edge - p.x())};
+              });
+}
+
 /// A bar between a base and a slab that is the base's, too, and in its way.
 inline Made slab_in_the_way() {
   return made({{-1, {0, 0, -0.08}, 0, {{-0.15, 0, -0.08}, {0.15, 0, -0.08}}, -1}, {0, {-0.2, 0, -0.04}, kQuarter, {{-0.15, 0, 0}, {0.15, 0, 0}}, -1}},

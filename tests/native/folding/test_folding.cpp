@@ -22,6 +22,18 @@ TEST(Fold, NeverLeavesMoreToCarveThanThePlanAloneAndKeepsATiling) {
   }
 }
 
+TEST(Fold, OpensAllJointsTogetherWhereNoneCanGoFirst) {
+  Made m = interlocked();
+  m.segmentation.pinned.assign(m.segmentation.owner.size(), 1);  // as an artist may demand: what holds them can't be given away
+  const Folding result = fold(m.segmentation, m.character, m.target, m.embedding, {}, {});
+  ASSERT_EQ(result.path.moves.size(), 1u);
+  EXPECT_EQ(result.path.moves[0].turns.size(), 2u);
+  EXPECT_EQ(end_of(result.path, m.embedding.pose.angles).norm(), 0);
+  TransferAlongResult by_order;
+  transfer_along(m.segmentation, m.character, m.target, m.embedding, best(m), {}, {}, &by_order);
+  EXPECT_LT(result.carving_after, by_order.colliding_after);
+}
+
 TEST(Fold, GivesTheSameResultForOneAndTwoThreads) {
   const Made m = slab_in_the_way();
   FoldingOptions one, two;

@@ -6,9 +6,10 @@ import bpy
 from ...ui import overlays, session, thumbnail
 from ...ui.panel import StagePanel, labels
 
-TERMS = (("total", "Score (low is good)"), ("compact", "Compactness"), ("skin", "Skin"), ("skeleton", "Skeleton"), ("protrude", "Sticking Out"))
-BARS = ("compact", "skin", "skeleton", "protrude")
-WEIGHTS = ("compact", "skin", "skeleton", "protrude", "morphology")
+TERMS = (("total", "Score (low is good)"), ("compact", "Compactness"), ("skin", "Skin"), ("skeleton", "Skeleton"), ("protrude", "Sticking Out"),
+         ("unfold", "Unfolding"))
+BARS = ("compact", "skin", "skeleton", "protrude", "unfold")
+WEIGHTS = ("compact", "skin", "skeleton", "protrude", "unfold", "morphology")
 
 
 def draw_faults(layout, context, embedding):

@@ -36,6 +36,7 @@ class TransformablesSolution(bpy.types.PropertyGroup):
     skin: _bar("skin", "Skin", "Part of the score from skin that has to move out of the way when joints turn")
     skeleton: _bar("skeleton", "Collisions", "Part of the score from bones that run into each other")
     protrude: _bar("protrude", "Sticking Out", "Part of the score from bones that stick out of the target")
+    unfold: _bar("unfold", "Unfolding", "Part of the score from parts that get in each other's way when the joints unfold, roughly")
 
 
 class TransformablesSteeredBone(bpy.types.PropertyGroup):
@@ -69,6 +70,7 @@ class TransformablesWeights(bpy.types.PropertyGroup):
     skin: _weight("Skin", "How much it counts that little skin is in the way of turning joints")
     skeleton: _weight("Collisions", "How much it counts that bones keep clear of each other")
     protrude: _weight("Staying Inside", "How much it counts that bones stay inside the target")
+    unfold: _weight("Unfolding", "How much it counts that parts keep out of each other's way when the joints unfold, so that less has to be carved away")
     morphology: _weight("Proportions", "How much it counts that bones keep their lengths")
 
 
