@@ -43,8 +43,8 @@ class JointExaminer {
   /// The tongue is the child's, ears and pin the parent's.
   std::optional<HingeSolids> tongue_on_child() const {
     const Zones z = zones(size_.ear_face(), reach_in(), size_.half_tongue, size_.outer + kRoot * step_);
-    if (!neck_.largest(z.within_from, z.within_to) || !ring_is_whole()) return std::nullopt;
-    const std::vector<Block> blocks = both_ends(arms_, z);
+    if (!neck_.largest(z.within_from, z.within_to, size_.outer) || !ring_is_whole()) return std::nullopt;
+    const std::vector<Block> blocks = both_ends(arms_, z, body_);
     if (blocks.empty()) return std::nullopt;
     return solids(spool(size_.outer, size_.half_tongue, size_.hole()), spool(size_.inner, size_.ear_face(), size_.pin), blocks);
   }
@@ -52,8 +52,8 @@ class JointExaminer {
   /// The tongue is the parent's.
   std::optional<HingeSolids> tongue_on_parent() const {
     const Zones z = zones(size_.ear_face(), size_.outer, size_.half_tongue, body_ + kRoot * step_);
-    if (both_ends(neck_, z).empty() || !ears_are_whole()) return std::nullopt;
-    const auto arm = arms_.largest(z.within_from, z.within_to);
+    if (both_ends(neck_, z, size_.outer).empty() || !ears_are_whole()) return std::nullopt;
+    const auto arm = arms_.largest(z.within_from, z.within_to, body_);
     if (!arm) return std::nullopt;
     return solids(ring(size_.outer, size_.ear_face(), size_.pin), ring(size_.inner, size_.half_tongue, size_.hole()), {*arm});
   }
@@ -62,9 +62,9 @@ class JointExaminer {
   double reach_in() const { return size_.inner - kInto * size_.outer; }
   bool child_has(const Eigen::Vector3d& p) const { return sample(child_.psi, frame_ * p) < 0; }
 
-  static std::vector<Block> both_ends(const SphereMap& map, const Zones& z) {
+  static std::vector<Block> both_ends(const SphereMap& map, const Zones& z, double radius) {
     std::vector<Block> blocks;
-    for (const auto& found : {map.largest(0, z.above_to), map.largest(SphereMap::kRows - 1 - z.above_to, SphereMap::kRows - 1)})
+    for (const auto& found : {map.largest(0, z.above_to, radius), map.largest(SphereMap::kRows - 1 - z.above_to, SphereMap::kRows - 1, radius)})
       if (found) blocks.push_back(*found);
     return blocks;
   }

@@ -8,7 +8,8 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kNarrow = 0.25;      ///< radians: what carries must be wider, both ways
-constexpr double kSmall = 0.12;       ///< of a sphere of radius 1: and larger
+constexpr double kNarrowest = 0.0067; ///< target units: and than 2 mm of 150 mm
+constexpr double kSmall = 0.3;       ///< of a sphere of radius 1: and larger
 constexpr double kClear = 0.4;        ///< of the gap: a solid's value from which on it is not there; the housing itself reads a whole gap
 constexpr int kBeside = 8;
 constexpr double kHalfCell = 0.71 * kPi / SphereMap::kRows;   ///< radians from a cell's middle to its corner
@@ -45,7 +46,8 @@ SphereMap mapped(F&& flag) {
 double polar_edge(int row) { return kPi * row / SphereMap::kRows; }
 double azimuth_edge(int column) { return 2 * kPi * column / SphereMap::kColumns; }
 
-std::optional<Block> SphereMap::largest(int first, int last) const {
+std::optional<Block> SphereMap::largest(int first, int last, double radius) const {
+  const double narrow = std::max(kNarrow, kNarrowest / radius);
   std::optional<Block> best;
   double largest = kSmall;
   // A piece that reached the axis would have a point there.
@@ -56,7 +58,7 @@ std::optional<Block> SphereMap::largest(int first, int last) const {
       const auto [begin, length] = longest_run(all);
       const double from = polar_edge(top), to = polar_edge(row + 1), wide = azimuth_edge(length);
       const double area = (std::cos(from) - std::cos(to)) * wide;
-      if (area <= largest || to - from < kNarrow || wide * std::sin((from + to) / 2) < kNarrow) continue;
+      if (area <= largest || to - from < narrow || wide * std::sin((from + to) / 2) < narrow) continue;
       largest = area;
       best = Block{0, 0, from, to, azimuth_edge(begin), azimuth_edge(begin) + wide};
     }

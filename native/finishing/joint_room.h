@@ -21,7 +21,8 @@ class SphereMap {
   void set(int row, int column, bool flag) { flags_[std::size_t(row * kColumns + column)] = flag; }
 
   /// The largest rectangle of flagged cells in rows [first, last], as a block without radii; nothing when all are too small to carry anything.
-  std::optional<Block> largest(int first, int last) const;
+  /// @param radius  of the sphere, target units
+  std::optional<Block> largest(int first, int last, double radius) const;
 
  private:
   std::vector<char> flags_;

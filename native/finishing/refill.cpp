@@ -10,16 +10,23 @@ namespace transformables::finishing {
 namespace {
 
 constexpr int kPasses = 2;           ///< a part grows by two samples at most in one
+constexpr double kJoint = 1.8;       ///< radii of a joint's housing about it, into which nothing grows: a socket must stay open, and a hinge find its room
 constexpr double kApart = 0.2;       ///< steps beyond the gap that new material keeps: distances on samples are of first order
 constexpr float kWorth = 0.1f;       ///< steps by which a sample's value must fall
 constexpr float kDeep = -0.5f;       ///< steps: samples further inside have no surface beside them
+
+struct Ball {
+  Eigen::Vector3d centre;
+  double radius;
+};
 
 /// One part that grows.
 class Growing {
  public:
   /// @param tried  flags of samples that were looked at in an earlier pass: others have grown since, so there is nothing new to find
-  Growing(const Scene& scene, PartField& part, std::vector<char>& tried, double gap)
-      : scene_(scene), part_(part), tried_(tried), gap_(float(gap)), step_(float(scene.lattice.step())), reach_(float(reach_of(scene.lattice, gap))),
+  /// @param joints  room about joints, which stays as it is
+  Growing(const Scene& scene, PartField& part, const std::vector<Ball>& joints, std::vector<char>& tried, double gap)
+      : scene_(scene), part_(part), joints_(joints), tried_(tried), gap_(float(gap)), step_(float(scene.lattice.step())), reach_(float(reach_of(scene.lattice, gap))),
         clear_(part.psi.values.size(), reach_), mask_(part.psi.values.size(), 0) {}
 
   /// Looks at the samples beside the part as they stand in object mode; false when none of them can be had.
@@ -28,7 +35,7 @@ class Growing {
       if (tried_[n] || part_.bound(n) >= reach_ || part_.inner[n] < kDeep * step_) continue;
       tried_[n] = 1;
       const Eigen::Vector3i c = part_.corner + part_.shape().cell(n);
-      if (is_anothers(c)) continue;
+      if (is_anothers(c) || at_a_joint(c)) continue;
       // In object mode all parts end at the same surface, so only what is between them counts.
       for (const PartField& other : parts)
         if (const Eigen::Vector3i q = c - other.corner; &other != &part_ && other.shape().contains(q))
@@ -63,6 +70,10 @@ class Growing {
 
  private:
   bool worth(std::size_t n) const { return part_.inner[n] - (gap_ - clear_[n]) > kWorth * step_; }
+  bool at_a_joint(const Eigen::Vector3i& c) const {
+    const Eigen::Vector3d p = scene_.lattice.outer.shape.position(c);
+    return std::any_of(joints_.begin(), joints_.end(), [&](const Ball& ball) { return (p - ball.centre).norm() < ball.radius; });
+  }
   bool is_anothers(const Eigen::Vector3i& c) const {
     const Segmentation& s = scene_.segmentation;
     const Eigen::Vector3i near = s.shape.nearest(scene_.lattice.outer.shape.position(c));
@@ -73,6 +84,7 @@ class Growing {
 
   const Scene& scene_;
   PartField& part_;
+  const std::vector<Ball>& joints_;
   std::vector<char>& tried_;
   const float gap_, step_, reach_;
   std::vector<float> clear_;   // how near others come to a sample that goes with the part
@@ -90,6 +102,10 @@ void refill(const Scene& scene, std::vector<PartField>& parts, const Progress& p
                          scene.lattice.cover);
   std::vector<char> there;
   for (const PartField& part : parts) there.push_back(inside_count(part.psi) > 0);
+  std::vector<Ball> joints;
+  for (std::size_t b = 0; b < parts.size(); ++b)
+    if (const Bone& bone = scene.character.bones[b]; bone.parent >= 0)
+      joints.push_back({scene.segmentation.frames[b].translation(), kJoint * bone.radius});
   const auto grows = [&](const PartField& part) {
     return there[std::size_t(part.bone)] && scene.segmentation.may_grow(part.bone) && !scene.segmentation.phi[part.bone].values.empty();
   };
@@ -100,7 +116,7 @@ void refill(const Scene& scene, std::vector<PartField>& parts, const Progress& p
     progress(double(turn) / double(turns), "filling what nothing passes");
     PartField& part = parts[turn % parts.size()];
     if (!grows(part)) continue;
-    Growing growing(scene, part, tried[turn % parts.size()], scene.lattice.gap + kApart * scene.lattice.step());
+    Growing growing(scene, part, joints, tried[turn % parts.size()], scene.lattice.gap + kApart * scene.lattice.step());
     if (!growing.look(parts)) continue;
     for (const MoveMotion& motion : motions)
       for (const PartField& other : parts)
