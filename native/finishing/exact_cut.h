@@ -43,14 +43,16 @@ enum class Combination { kUnion, kDifference };
 /// source. Nothing when it could not be computed as a manifold, or more than `most_dropped` (a volume) lies in pieces apart from the largest.
 std::optional<SourcedMesh> combined(const SourcedMesh& first, const TriangleMesh& second, Combination how, double most_dropped);
 
-/// Rounds a simple closed mesh, moved by `into`, to single precision, and mends what rounding broke: edges that became too short
+/// Rounds a simple closed mesh, moved by `into`, to single precision as it will be in Blender, and mends what rounding broke: edges that became too short
 /// are collapsed, flat caps flipped. False when the result still meets itself.
-bool round_and_tidy(SourcedMesh& part, const Eigen::Isometry3d& into);
+/// @param scale  target units for one Blender unit
+bool round_and_tidy(SourcedMesh& part, const Eigen::Isometry3d& into, double scale);
 
+/// The nearest length in target units that is a number of single precision in Blender units: rounded once more there, a mesh could meet itself.
 /// Through memory, since GCC 12 at -O2 drops a conversion to float and back where it makes vectors of neighbouring numbers.
-inline double rounded_to_float(double x) {
-  const volatile float rounded = float(x);
-  return double(rounded);
+inline double rounded_to_float(double x, double scale) {
+  const volatile float rounded = float(x / scale);
+  return double(rounded) * scale;
 }
 
 }  // namespace transformables::finishing

@@ -28,13 +28,13 @@ Grid<float> cutter(const PartField& part) {
   return field;
 }
 
-Part level_set_part(const PartField& field, const Eigen::Isometry3d& frame) {
+Part level_set_part(const PartField& field, const Eigen::Isometry3d& frame, double scale) {
   Part part;
   part.bone = field.bone;
   part.mesh = isosurface(field.psi);
   part.source.assign(part.mesh.triangles.size(), -1);
   const Eigen::Isometry3d into = frame.inverse(Eigen::Isometry);
-  for (Eigen::Vector3d& v : part.mesh.vertices) v = (into * v).unaryExpr(&rounded_to_float);
+  for (Eigen::Vector3d& v : part.mesh.vertices) v = (into * v).unaryExpr([scale](double x) { return rounded_to_float(x, scale); });
   part.volume = signed_volume(part.mesh);
   if (!check(part.mesh).good()) throw std::logic_error("a finished part is not a closed simple solid in one piece");
   return part;
@@ -46,12 +46,12 @@ bool plausible(double volume, const PartField& field) {
   return std::abs(volume - expected) < 0.1 * expected + 50 * std::pow(field.shape().step, 3);
 }
 
-std::optional<Part> exact_part(const PartField& field, const CuttableTarget& target, const Eigen::Isometry3d& frame) {
+std::optional<Part> exact_part(const PartField& field, const CuttableTarget& target, const Eigen::Isometry3d& frame, double scale) {
   Grid<float> knife = cutter(field);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     for (float& v : knife.values) v += attempt > 0 ? kTighter * float(knife.shape.step) : 0;
     auto cut = target.cut(isosurface(knife));
-    if (!cut || !round_and_tidy(*cut, frame.inverse(Eigen::Isometry))) continue;
+    if (!cut || !round_and_tidy(*cut, frame.inverse(Eigen::Isometry), scale)) continue;
     Part part;
     part.bone = field.bone;
     part.volume = signed_volume(cut->mesh);
@@ -83,10 +83,10 @@ Part Mesher::part_of(const PartField& field, std::size_t n) {
   if (inside_count(field.psi) == 0) return {};
   const Eigen::Isometry3d& frame = scene_.segmentation.frames[field.bone];
   if (cuttable_ && surface_[n] == Surface::kExact) {
-    if (auto exact = exact_part(field, *cuttable_, frame)) return std::move(*exact);
+    if (auto exact = exact_part(field, *cuttable_, frame, scene_.lattice.scale)) return std::move(*exact);
     surface_[n] = Surface::kCutFailed;
   }
-  return level_set_part(field, frame);
+  return level_set_part(field, frame, scene_.lattice.scale);
 }
 
 const std::vector<Part>& Mesher::mesh(const std::vector<PartField>& fields, const std::vector<char>& wanted) {

@@ -298,6 +298,7 @@ Lattice make_lattice(const Target& target, const FinishingOptions& options) {
     throw InvalidInput("The fine grid would have more than 120 million samples; lower the resolution or the refinement.");
   Lattice lattice;
   lattice.outer = signed_distance(target, shape);
+  lattice.scale = target.scale;
   lattice.cover = std::clamp(options.clearance / 4, step / 16, step / 8);
   lattice.gap = options.clearance + lattice.cover;
   return lattice;

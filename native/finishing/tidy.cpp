@@ -144,8 +144,8 @@ class Tidier {
 
 }  // namespace
 
-bool round_and_tidy(SourcedMesh& part, const Eigen::Isometry3d& into) {
-  for (Vector3d& v : part.mesh.vertices) v = (into * v).unaryExpr(&rounded_to_float);
+bool round_and_tidy(SourcedMesh& part, const Eigen::Isometry3d& into, double scale) {
+  for (Vector3d& v : part.mesh.vertices) v = (into * v).unaryExpr([scale](double x) { return rounded_to_float(x, scale); });
   HalfedgeMesh mesh;
   if (!fill(mesh, part.mesh)) return false;
   SourceMap source = source_map(mesh);

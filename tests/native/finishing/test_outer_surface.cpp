@@ -89,7 +89,7 @@ TEST(ExactCut, GivesTheLargestPieceOnlyAndNothingWhereNothingIsShared) {
   const CuttableTarget cuttable(target);
   auto part = cuttable.cut(box_mesh({-1, 0.003, -1}, {1, 1, 1}));
   ASSERT_TRUE(part);
-  ASSERT_TRUE(finishing::round_and_tidy(*part, Eigen::Isometry3d::Identity()));
+  ASSERT_TRUE(finishing::round_and_tidy(*part, Eigen::Isometry3d::Identity(), 1));
   EXPECT_TRUE(check(part->mesh).good());
   for (const Vector3d& v : part->mesh.vertices) EXPECT_LT(v.x(), 0.15);
   EXPECT_FALSE(cuttable.cut(box_mesh({2, 2, 2}, {3, 3, 3})));
@@ -105,6 +105,8 @@ TEST(ExactCut, ATargetThatIsOpenOrNotManifoldIsNotUsable) {
   EXPECT_FALSE(CuttableTarget(doubled).usable());
 }
 
+constexpr double kScale = 0.37;   // not a power of two, so that numbers of single precision differ from those in target units
+
 TEST(RoundAndTidy, CutsThatPassByVerticesAtAnyTinyDistanceStaySimpleAfterRounding) {
   const TriangleMesh target = ball(0.25, 20, 31);
   const CuttableTarget cuttable(target);
@@ -115,18 +117,18 @@ TEST(RoundAndTidy, CutsThatPassByVerticesAtAnyTinyDistanceStaySimpleAfterRoundin
   for (double beside : {0.0, 1e-16, 1e-12, 3e-9, -3e-9, 2e-8, -6e-8, 1e-7, 4e-7, -1e-6, 5e-6, 1e-4}) {
     auto part = cuttable.cut(box_mesh({-1, ring + beside, -1}, {1, 1, 1}));
     ASSERT_TRUE(part) << beside;
-    ASSERT_TRUE(finishing::round_and_tidy(*part, into)) << beside;
+    ASSERT_TRUE(finishing::round_and_tidy(*part, into, kScale)) << beside;
     EXPECT_TRUE(check(part->mesh).good()) << beside;
     expect_on_sources(*part, target, into.inverse(), 2e-5);
     for (const Vector3d& v : part->mesh.vertices)
-      for (int k = 0; k < 3; ++k) EXPECT_EQ(v[k], finishing::rounded_to_float(v[k]));
+      for (int k = 0; k < 3; ++k) EXPECT_EQ(v[k], finishing::rounded_to_float(v[k], kScale));
   }
 }
 
 TEST(RoundAndTidy, SaysWhenAMeshMeetsItselfBeyondRepair) {
   SourcedMesh crossed{box_mesh({0, 0, 0}, {1, 1, 1}), std::vector<std::int32_t>(12, -1)};
   crossed.mesh.vertices[0] = {0.8, 0.8, 2};
-  EXPECT_FALSE(finishing::round_and_tidy(crossed, Eigen::Isometry3d::Identity()));
+  EXPECT_FALSE(finishing::round_and_tidy(crossed, Eigen::Isometry3d::Identity(), 1));
 }
 
 }  // namespace
