@@ -22,7 +22,7 @@ struct CertificateOptions {
   double enough = 0.001;       ///< parts further apart than this are not looked at more closely, target units
   double least = 1e-5;         ///< parts that come nearer than this count as touching, target units
   double tolerance = 0.25;     ///< a pair's proven gap is at most this share under its true one, where that is under `enough`
-  long steps = 20'000'000;     ///< boxes and triangles compared for one pair in one move, at most: bounds the time without a clock
+  long steps = 6'000'000;     ///< boxes and triangles compared for one pair in one move, at most: bounds the time without a clock
   int threads = 0;             ///< 0: all cores. The result does not depend on it.
   std::vector<std::pair<int, int>> pairs{};  ///< bones of the pairs that are looked at, the lesser first; empty: all
 };

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kNarrow = 0.25;      ///< radians: what carries must be wider, both ways
-constexpr double kNarrowest = 0.0067; ///< target units: and than 2 mm of 150 mm
+constexpr double kNarrowest = 0.0045; ///< target units: and than 1.3 mm of 150 mm
 constexpr double kSmall = 0.3;       ///< of a sphere of radius 1: and larger
 constexpr double kClear = 0.4;        ///< of the gap: a solid's value from which on it is not there; the housing itself reads a whole gap
 constexpr int kBeside = 8;

@@ -12,6 +12,7 @@ namespace {
 constexpr int kPasses = 2;           ///< a part grows by two samples at most in one
 constexpr double kJoint = 1.8;       ///< radii of a joint's housing about it, into which nothing grows: a socket must stay open, and a hinge find its room
 constexpr double kApart = 0.2;       ///< steps beyond the gap that new material keeps: distances on samples are of first order
+constexpr float kEdge = 0.5f;        ///< see value_at(): new material follows the ways of edges closely
 constexpr float kWorth = 0.1f;       ///< steps by which a sample's value must fall
 constexpr float kDeep = -0.5f;       ///< steps: samples further inside have no surface beside them
 
@@ -48,7 +49,7 @@ class Growing {
 
   void heed(const PartField& other, const MoveMotion& motion) {
     if (!PairConfigurations::can_meet(motion, part_, other, reach_)) return;
-    const Swept swept = sweep(part_, bricks_, other, PairConfigurations(motion, part_, other), scene_.lattice.cover, reach_);
+    const Swept swept = sweep(part_, bricks_, other, PairConfigurations(motion, part_, other), scene_.lattice.cover, reach_, kEdge);
     for (std::size_t n = 0; n < swept.least.size(); ++n) {
       float& clear = clear_[bricks_.samples[n]];
       clear = std::min(clear, swept.least[n]);

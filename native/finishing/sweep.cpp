@@ -11,7 +11,6 @@ namespace {
 constexpr int kBrick = 8;
 constexpr double kReach = 1.5;   ///< steps beyond the gap to which swept values are known, so that what is carved can be interpolated
 constexpr float kTrust = 0.9f;   ///< first-order distances may be too large by a few per cent far out
-constexpr float kEdge = 0.5f;    ///< steps: the most by which it can read too large, at acute edges
 constexpr float kDepth = 2;      ///< steps inside B from which on a sample is lost anyway
 
 struct Span {
@@ -47,13 +46,13 @@ void near_spans(const Span& span, double radius, double travel, double reach, in
 struct Walker {
   const PartField& b;
   const PairConfigurations& configurations;
-  float cover, reach, floor;
+  float cover, reach, floor, edge;
 
   void walk(const Eigen::Vector3f& p, double travel, const std::vector<Span>& spans, float& least, std::int32_t& where) const {
     const int last = configurations.last();
     for (const Span& span : spans)
       for (int k = span.first; k <= span.last;) {
-        const float value = value_at(b, configurations(k, p));
+        const float value = value_at(b, configurations(k, p), edge);
         if (value < least) {
           least = value;
           where = k;
@@ -66,13 +65,9 @@ struct Walker {
   }
 };
 
-/// The greater of two bounds' distances, each read between samples by itself, so that the edge where they cross stays sharp. What is carved by it is
-/// sampled again, and between samples the distance to a sharp edge reads too large: so it counts as nearer by as much.
-float edged(float a, float b, float step) { return std::max(a, b) - kEdge * std::max(0.0f, step - std::abs(a - b)); }
-
 }  // namespace
 
-float value_at(const PartField& part, const Eigen::Vector3f& p) {
+float value_at(const PartField& part, const Eigen::Vector3f& p, float edge) {
   const GridShape& shape = part.shape();
   const Eigen::Vector3i& n = shape.size;
   const Eigen::Vector3f q = p.cwiseMax(0.0f).cwiseMin((n.cast<float>().array() - 1).matrix());
@@ -86,7 +81,9 @@ float value_at(const PartField& part, const Eigen::Vector3f& p) {
     return mix(mix(mix(v[0], v[1], t.x()), mix(v[dy], v[dy + 1], t.x()), t.y()),
                mix(mix(v[dz], v[dz + 1], t.x()), mix(v[dz + dy], v[dz + dy + 1], t.x()), t.y()), t.z());
   };
-  const float within = edged(value(part.distance), value(part.outer), float(shape.step));
+  // The greater of two distances, each read between samples by itself, so that the edge where the two surfaces cross stays sharp.
+  const float a = value(part.distance), b = value(part.outer);
+  const float within = std::max(a, b) - edge * std::max(0.0f, float(shape.step) - std::abs(a - b));
   const float beyond2 = (p - q).squaredNorm();
   if (beyond2 == 0) return within;
   // The box is convex and holds B, so the way round the nearest place of the box bends by a right angle at least.
@@ -139,10 +136,11 @@ Bricks bricks_of(const PartField& part, double reach, const std::vector<char>& m
   return bricks;
 }
 
-Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover, double reach) {
+Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover, double reach,
+            float edge) {
   const GridShape& shape = a.shape();
   Swept swept{std::vector<float>(bricks.samples.size(), float(reach)), std::vector<std::int32_t>(bricks.samples.size(), 0), float(reach)};
-  const Walker walker{b, configurations, float(cover), float(reach), float(-kDepth * shape.step)};
+  const Walker walker{b, configurations, float(cover), float(reach), float(-kDepth * shape.step), edge};
   const PairMotion& motion = configurations.motion();
   const double half = (kBrick - 1) / 2.0, radius = shape.step * half * std::sqrt(3.0);
   tbb::parallel_for(std::size_t(1), bricks.first.size(), [&](std::size_t brick) {
@@ -150,7 +148,7 @@ Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const 
     const Eigen::Vector3d centre = (shape.cell(bricks.samples[first]) / kBrick * kBrick).cast<double>().array() + half;
     std::vector<Span> spans;
     near_spans({0, configurations.last()}, radius, motion.travel(shape.origin + shape.step * centre) + motion.angle * radius, reach,
-               configurations.last(), [&](int k) { return value_at(b, configurations(k, centre.cast<float>())); }, spans);
+               configurations.last(), [&](int k) { return value_at(b, configurations(k, centre.cast<float>()), edge); }, spans);
     if (spans.empty()) return;
     for (std::uint32_t n = first; n < end; ++n) {
       const std::uint32_t sample = bricks.samples[n];

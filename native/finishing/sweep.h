@@ -49,9 +49,13 @@ struct Swept {
   std::vector<std::int32_t> where;  ///< the configuration
   float reach = 0;
 };
-Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover, double reach);
+/// @param edge  see value_at()
+Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover, double reach,
+            float edge = 0);
 
 /// A lower bound of the distance to a part from a place given in its samples.
-float value_at(const PartField& part, const Eigen::Vector3f& p);
+/// @param edge  steps by which the edge where the target's surface and an interface cross counts as nearer: what is made by swept values is sampled,
+///              and between samples the distance to a sharp edge reads too large by up to half a step
+float value_at(const PartField& part, const Eigen::Vector3f& p, float edge = 0);
 
 }  // namespace transformables::finishing

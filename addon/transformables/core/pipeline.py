@@ -32,7 +32,8 @@ EXPANSIONS_A_SECOND = 150  # moves that the search for the fold's order may try,
 TOUCHING_BONES = 1e-4       # target units: capsules that are less deep in one another do not collide
 ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
 PROVED_AGAIN = 0.999       # of the gap that is proved, that joints which turn together must keep: proofs differ by rounding
-LEAST_ENOUGH = 1e-4        # target units: a proof looks at least that far
+JOINED_TOLERANCE = 0.02    # of their gap, by which a proof of that may fall short of the truth
+JOINED_STEPS = 1_000_000   # comparisons of a pair, after which such a proof is given up: the moves stay one after the other
 EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "value", "symmetric", "deepest_protrusion", "deepest_collision")
 
 
@@ -301,7 +302,7 @@ class _Run:
             tried.append(turns)
             pose = self.tn.Embedding(root=list(self.embedding.root), angles=list(angles), morphology=list(self.embedding.morphology), symmetric=False)
             proof = self.tn.certify(self.parts, self.character, pose, self.tn.FoldPath(moves=[turns]), least=self.certificate.gap * PROVED_AGAIN,
-                                    enough=max(self.options.target_units(self.options.clearance_mm), LEAST_ENOUGH), pairs=pairs, threads=self.options.threads,
+                                    enough=self.certificate.gap, tolerance=JOINED_TOLERANCE, steps=JOINED_STEPS, pairs=pairs, threads=self.options.threads,
                                     progress=lambda *_: progress(min(1.0, len(tried) / len(moves)), "joints that can turn together"))
             return proof.intervals if proof.holds and proof.gap >= self.certificate.gap * PROVED_AGAIN else None
 
