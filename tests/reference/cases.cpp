@@ -180,6 +180,7 @@ Embedding folded(const Character& character, const Target& target, int evaluatio
   options.starts = 8;
   options.evaluations = evaluations;
   options.symmetry = Symmetry::kOff;
+  options.weights.unfold = 0;   // the paper's own objective
   return embed(character, target, options, {});
 }
 
