@@ -36,6 +36,14 @@ def run(command, log, **kwargs):
         return subprocess.run(command, stdout=out, stderr=subprocess.STDOUT, **kwargs).returncode
 
 
+def make_scene(pair, shared, blender, scene, log):
+    """Writes a .blend with one target and one character."""
+    target, character = pair.split(":")
+    run([blender, "-b", "--factory-startup", "--python-exit-code", "1", "--python", str(shared / "data" / "make_scene.py"), "--", "--target",
+         str(shared / "data" / "targets" / f"{target}.ply"), "--character", str(character_file(shared, character)),
+         "--output", str(scene)], log, check=True)
+
+
 def design_pair(pair, shared, blender, judge, options, samples):
     """One row of the table: what the command and the judge said of one pair."""
     target, character = pair.split(":")
@@ -44,9 +52,7 @@ def design_pair(pair, shared, blender, judge, options, samples):
     log, scene, blend, report = (folder / n for n in ("log.txt", "scene.blend", "design.blend", "report.json"))
     for old in (log, scene, blend, report):
         old.unlink(missing_ok=True)
-    run([blender, "-b", "--factory-startup", "--python-exit-code", "1", "--python", str(shared / "data" / "make_scene.py"), "--", "--target",
-         str(shared / "data" / "targets" / f"{target}.ply"), "--character", str(character_file(shared, character)),
-         "--output", str(scene)], log)
+    make_scene(pair, shared, blender, scene, log)
     start = time.monotonic()
     code = run([blender, "-b", str(scene), "--python", str(ROOT / "addon" / "transformables" / "cli.py"), "--", "design",
                 "--output", str(blend), "--report", str(report), *options], log)
