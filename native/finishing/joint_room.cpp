@@ -66,9 +66,20 @@ std::optional<Block> SphereMap::largest(int first, int last, double radius) cons
   return best;
 }
 
+double SphereMap::share(int first, int last) const {
+  double flagged = 0;
+  for (int row = first; row <= last; ++row)
+    for (int c = 0; c < kColumns; ++c)
+      if (at(row, c)) flagged += std::cos(polar_edge(row)) - std::cos(polar_edge(row + 1));
+  return flagged / (kColumns * (std::cos(polar_edge(first)) - std::cos(polar_edge(last + 1))));
+}
+
 SphereMap solid_between(const Grid<float>& psi, const Eigen::Isometry3d& frame, double from, double to, double depth) {
+  const int layers = std::max(1, int(std::ceil((to - from) / psi.shape.step)));
   return mapped([&](const Eigen::Vector3d& d) {
-    return sample(psi, frame * (from * d)) < -depth && sample(psi, frame * (to * d)) < -depth;
+    for (int n = 0; n <= layers; ++n)
+      if (!(sample(psi, frame * ((from + (to - from) * n / layers) * d)) < -depth)) return false;
+    return true;
   });
 }
 
