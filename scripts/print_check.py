@@ -3,7 +3,7 @@
     python3 scripts/print_check.py DESIGN.blend|FOLDER [--no-slicing] [--blender BLENDER]
 
 Takes the parts of a .blend (with the add-on's own export), or the STL files of a folder, as `design --parts FOLDER` writes them. A part holds when admesh
-finds one piece and nothing to repair, PrusaSlicer says `manifold = yes` and repairs nothing, and it gives G-code with layers of material.
+finds one piece and nothing to repair, PrusaSlicer says `manifold = yes` and repairs nothing, and it gives G-code, with supports and a raft.
 Needs the packages admesh and prusa-slicer. Exits 1 when a part doesn't hold.
 """
 import argparse
@@ -61,7 +61,8 @@ def sliced(path, folder):
     """What goes wrong when PrusaSlicer makes G-code of a mesh, by its own default printer."""
     gcode = folder / "part.gcode"
     gcode.unlink(missing_ok=True)
-    code, text = said(["prusa-slicer", "--export-gcode", "--center", "100,100", "--output", gcode, path])
+    # Parts stand as their bones point, some on a tip: on a raft, as one would print them.
+    code, text = said(["prusa-slicer", "--export-gcode", "--support-material", "--raft-layers", "2", "--center", "100,100", "--output", gcode, path])
     if code or not gcode.exists():
         return [f"prusa-slicer: no G-code: {' '.join(text.split())[-200:]}"]
     used = re.search(r"filament used \[mm\] = ([0-9.]+)", gcode.read_text())
