@@ -166,16 +166,18 @@ class Finisher {
 void Finisher::carve_all() {
   tbb::parallel_for(std::size_t(0), fields_.size(), [&](std::size_t n) {
     Grid<float> psi = fields_[n].psi;
-    dropped_[n] += keep_core_piece(psi, fields_[n].core);
+    const std::size_t dropped = keep_core_piece(psi, fields_[n].core);
+    if (dropped == 0) return;
+    dropped_[n] += dropped;
     adopt(fields_[n], std::move(psi));
+    refresh(fields_[n]);
   });
-  const std::vector<char> all(fields_.size(), 1);
-  refresh(fields_, all);
   carve(scene_, fields_, dropped_, stage(progress_, 0.1, 0.45));
   if (scene_.options.style == Style::kSolid) {  // a shell is hollow on purpose, and its walls are thin
     refill(scene_, fields_, stage(progress_, 0.45, 0.55));
     tbb::parallel_for(std::size_t(0), fields_.size(), [&](std::size_t n) { take_thin(fields_[n], kThinnest); });
   }
+  const std::vector<char> all(fields_.size(), 1);
   std::vector<char> carved = all;
   fill_hollows(fields_, scene_.character, carved, warnings_);
   refresh(fields_, all);

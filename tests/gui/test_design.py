@@ -324,14 +324,19 @@ def _drag(x, y, by, key=None):
     yield 1.0
 
 
-def dragging_a_seam_keeps_it_where_it_is_released_and_esc_and_ctrl_z_take_it_back():
-    yield from make_scene()
-    bpy.context.scene.transformables.target_stage.resolution = 64
+def _divide_and_look():
+    """Divides the egg among the bones, with an undo step, and looks at it from above."""
     with bpy.context.temp_override(window=driver.window(), area=driver.view()):
         bpy.ops.transformables.embed()
         bpy.ops.transformables.segment()
         bpy.ops.ed.undo_push(message="Parts")
     yield from _look_at_egg_from_above()
+
+
+def dragging_a_seam_keeps_it_where_it_is_released_and_esc_and_ctrl_z_take_it_back():
+    yield from make_scene()
+    bpy.context.scene.transformables.target_stage.resolution = 64
+    yield from _divide_and_look()
     stage = bpy.context.scene.transformables.segmentation_stage
     import json
     before, seams = stage.seams, json.loads(stage.seams)
@@ -375,11 +380,7 @@ def dragging_a_seam_keeps_it_where_it_is_released_and_esc_and_ctrl_z_take_it_bac
 def a_seam_that_is_dragged_while_parts_settle_or_taken_back_ends_that_without_harm():
     import json
     yield from make_scene()
-    with bpy.context.temp_override(window=driver.window(), area=driver.view()):
-        bpy.ops.transformables.embed()
-        bpy.ops.transformables.segment()
-        bpy.ops.ed.undo_push(message="Parts")
-    yield from _look_at_egg_from_above()
+    yield from _divide_and_look()
     stage = bpy.context.scene.transformables.segmentation_stage
     shares = stage.stored
     from transformables.stages.segmentation import operators
