@@ -8,7 +8,7 @@ preset=${TRANSFORMABLES_PRESET:-release}
 
 # The window test draws in software: libgl1-mesa-dri. Pictures are rendered without a window: libegl1. Fonts and the rest come with blender and xvfb.
 bash scripts/packages.sh g++ cmake ninja-build ccache python3 python3-dev python3-numpy python3-pytest pybind11-dev libeigen3-dev libtbb-dev \
-  libcgal-dev libopenvdb-dev libimath-dev libgtest-dev libgmock-dev blender xvfb libgl1-mesa-dri libegl1
+  libcgal-dev libgtest-dev libgmock-dev blender xvfb libgl1-mesa-dri libegl1
 
 # Blender 3.4 of Debian runs the system's Python, whichever python3 comes first on PATH; the module must match it.
 mkdir -p build

@@ -48,6 +48,7 @@ else
 fi
 
 if [[ -n ${TRANSFORMABLES_SHARED:-} ]]; then
+  bash scripts/packages.sh libopenvdb-dev libimath-dev  # the judge's
   part pairs /usr/bin/python3 scripts/results.py --shared "$TRANSFORMABLES_SHARED" egg:phantomx truck:basic_human
   part dirty /usr/bin/python3 scripts/sweep_dirty.py --shared "$TRANSFORMABLES_SHARED" flat_sheet fan3_nonmanifold egg_degenerate
 else

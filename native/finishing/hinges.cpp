@@ -11,6 +11,7 @@
 #include "finishing/finishing.h"
 #include "finishing/joint_plan.h"
 #include "finishing/motion.h"
+#include "finishing/openness.h"
 
 namespace transformables::finishing {
 namespace {
@@ -21,6 +22,9 @@ constexpr double kFurtherStep = 0.3;   ///< steps by which the body is looked fo
 constexpr int kFurther = 4;
 constexpr double kCrumb = 0.004;       ///< of a part's volume: pieces that a hinge may cut off
 constexpr double kBeside = 2;          ///< how far from a hinge a place counts as at it
+constexpr double kSlit = kLongestSide / 192;   ///< target units, 0.8 mm of 150 mm: through a narrower opening nothing comes out
+constexpr double kAround = 2;          ///< of a hinge's radius: how far about it hollows are looked for
+constexpr int kAngles = 9;             ///< at which they are, over a joint's range
 
 Eigen::Isometry3d joint_frame(const Eigen::Isometry3d& bone, int axis) {
   Eigen::Isometry3d frame = bone;
@@ -32,6 +36,15 @@ void append(TriangleMesh& mesh, const TriangleMesh& more) {
   const int first = int(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
   for (const auto& t : more.triangles) mesh.triangles.push_back(t.array() + first);
+}
+
+GridShape cube_around(const Eigen::Vector3d& centre, double radius) {
+  const int half = int(std::ceil(radius / kSlit)) + 1;
+  GridShape shape;
+  shape.step = kSlit;
+  shape.size.setConstant(2 * half + 1);
+  shape.origin = centre - Eigen::Vector3d::Constant(half * kSlit);
+  return shape;
 }
 
 /// Angles that the path turns each one-hinge bone through, folded being 0.
@@ -52,13 +65,14 @@ std::vector<std::pair<double, double>> ranges_of(const Scene& scene) {
 
 Hinges::Hinges(const Scene& scene, std::vector<Part> plain, const std::vector<PartField>& fields)
     : scene_(scene), plain_(std::move(plain)), state_(fields.size(), State::kNone), solids_(fields.size()), parts_(plain_) {
-  plan(fields);
+  const Ranges ranges = ranges_of(scene_);
+  plan(fields, ranges);
   std::vector<char> all(fields.size(), 1);
   fit(all);
+  open_up(ranges);
 }
 
-void Hinges::plan(const std::vector<PartField>& fields) {
-  const auto ranges = ranges_of(scene_);
+void Hinges::plan(const std::vector<PartField>& fields, const Ranges& ranges) {
   for (int child = 0; child < int(state_.size()); ++child) {
     if (scene_.character.bones[std::size_t(child)].parent < 0) continue;
     std::optional<HingeSolids> solids;
@@ -158,6 +172,41 @@ void Hinges::drop(int joint, State why, std::vector<char>& changed) {
   changed[std::size_t(joint)] = changed[std::size_t(scene_.character.bones[std::size_t(joint)].parent)] = 1;
 }
 
+const Part& Hinges::part_of(int bone) const {
+  return *std::find_if(parts_.begin(), parts_.end(), [bone](const Part& part) { return part.bone == bone; });
+}
+
+/// Whether one part of a joint turns in a hollow of the other that is closed all round.
+bool Hinges::shut_in(int joint, std::pair<double, double> range) const {
+  const Bone& bone = scene_.character.bones[std::size_t(joint)];
+  const auto& frames = scene_.segmentation.frames;
+  const HingeSolids& hinge = *solids_[std::size_t(joint)];
+  const Eigen::Isometry3d frame = joint_frame(frames[std::size_t(joint)], bone.hinges[0].axis);
+  const auto distance = [&](int b) {
+    return signed_distance(part_of(b).mesh, cube_around(frames[std::size_t(b)].inverse(Eigen::Isometry) * hinge.centre, kAround * hinge.radius));
+  };
+  const Grid<float> child = distance(joint), parent = distance(bone.parent);
+  const auto enters = [&](const Grid<float>& other, int its, const Grid<float>& solid, int bone_of_solid, double sense) {
+    const Eigen::Isometry3d into = frames[std::size_t(its)].inverse(Eigen::Isometry), from = frames[std::size_t(bone_of_solid)];
+    const std::vector<Eigen::Vector3d> hollows = shut_hollows(solid);
+    for (int n = 0; n < kAngles; ++n) {
+      const double angle = sense * (range.first + (range.second - range.first) * n / (kAngles - 1));
+      const Eigen::Isometry3d turned = into * frame * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) * frame.inverse(Eigen::Isometry) * from;
+      if (std::any_of(hollows.begin(), hollows.end(), [&](const Eigen::Vector3d& p) { return sample(other, turned * p) < 0; })) return true;
+    }
+    return false;
+  };
+  return enters(parent, bone.parent, child, joint, 1) || enters(child, joint, parent, bone.parent, -1);
+}
+
+void Hinges::open_up(const Ranges& ranges) {
+  std::vector<char> shut(state_.size(), 0), changed(state_.size(), 0);
+  tbb::parallel_for(std::size_t(0), shut.size(), [&](std::size_t n) { shut[n] = solids_[n] && shut_in(int(n), ranges[n]); });
+  for (std::size_t n = 0; n < shut.size(); ++n)
+    if (shut[n]) drop(int(n), State::kShutIn, changed);
+  fit(changed);
+}
+
 std::vector<int> Hinges::joints_at(const Uncertified& place) const {
   std::vector<int> joints = joints_of(place.bone_a), at;
   for (const int joint : joints_of(place.bone_b)) joints.push_back(joint);
@@ -188,10 +237,11 @@ std::vector<int> Hinges::pinned() const {
 }
 
 std::vector<std::string> Hinges::warnings() const {
-  const std::array<std::pair<State, const char*>, 5> reasons{{
+  const std::array<std::pair<State, const char*>, 6> reasons{{
       {State::kManyAxes, "they turn about several axes. A ball sits in a socket there, which you have to make hold it"},
       {State::kWeak, "a pin would be too weak there, since the clearance is wide for bones this thin. Print larger"},
       {State::kNoRoom, "there is no room for ears beside it, or nothing to carry them"},
+      {State::kShutIn, "it would turn in a hollow that is closed all round"},
       {State::kNoCut, "cutting one gave no simple solid"},
       {State::kGivenUp, "with one the parts would touch"}}};
   std::vector<std::string> result;

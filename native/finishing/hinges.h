@@ -37,9 +37,11 @@ class Hinges {
   std::vector<std::string> warnings() const;
 
  private:
-  enum class State : char { kNone, kPinned, kManyAxes, kWeak, kNoRoom, kNoCut, kGivenUp };
+  enum class State : char { kNone, kPinned, kManyAxes, kWeak, kNoRoom, kNoCut, kShutIn, kGivenUp };
 
-  void plan(const std::vector<PartField>& fields);
+  using Ranges = std::vector<std::pair<double, double>>;   // of each bone's hinge, folded being 0
+
+  void plan(const std::vector<PartField>& fields, const Ranges& ranges);
   State plan_joint(int child, const std::vector<PartField>& fields, std::pair<double, double> range, std::optional<HingeSolids>& solids) const;
   bool crowded(int child, const HingeSolids& solids) const;
   std::vector<int> joints_of(int bone) const;
@@ -48,6 +50,9 @@ class Hinges {
   std::vector<int> culprits(const Part& plain) const;
   void drop(int joint, State why, std::vector<char>& changed);
   void fit(std::vector<char>& changed);
+  const Part& part_of(int bone) const;
+  bool shut_in(int joint, std::pair<double, double> range) const;
+  void open_up(const Ranges& ranges);
 
   const Scene& scene_;
   const std::vector<Part> plain_;

@@ -13,8 +13,7 @@ namespace {
 // In steps of the lattice, on which surfaces stand to a tenth.
 constexpr double kUnder = 0.35;        ///< under the body's surface from where what carries must be solid
 constexpr double kRoot = 0.8;          ///< how deep it is rooted in the body
-constexpr double kBody = 2.2;          ///< how thick the body must be there: a hinge on a thin shell breaks off
-constexpr double kOpen = 0.4;          ///< share of the sphere over what the parent has in the child that the child leaves open: it could not be cleaned otherwise
+constexpr double kBody = 1.5;          ///< how thick the body must be there: a hinge on a thin shell breaks off
 constexpr double kDepth = 0.15;        ///< a field's value from which on it is solid
 constexpr double kInto = 0.2;          ///< of the housing's radius: how far a block reaches into what it carries
 constexpr int kAroundRing = 24;
@@ -38,7 +37,6 @@ class JointExaminer {
     neck_ = solid_between(child.psi, frame, size.outer + kUnder * step_, size.outer + kBody * step_, kDepth * step_);
     arms_ = solid_between(parent.psi, frame, body_ + kUnder * step_, body_ + kBody * step_, kDepth * step_);
     const SphereMap free = free_between(child.psi, frame, size.outer, body_ + kUnder * step_, size.gap, range);
-    open_ = free_between(child.psi, frame, size.outer, body_ + kBody * step_, 0, {0, 0});
     for (int row = 0; row < SphereMap::kRows; ++row)
       for (int c = 0; c < SphereMap::kColumns; ++c) arms_.set(row, c, arms_.at(row, c) && free.at(row, c));
   }
@@ -46,8 +44,6 @@ class JointExaminer {
   /// The tongue is the child's, ears and pin the parent's.
   std::optional<HingeSolids> tongue_on_child() const {
     const Zones z = zones(size_.ear_face(), reach_in(), size_.half_tongue, size_.outer + kRoot * step_);
-    const int last = SphereMap::kRows - 1;
-    if (std::min(open_.share(0, z.above_to), open_.share(last - z.above_to, last)) < kOpen) return std::nullopt;
     if (!neck_.largest(z.within_from, z.within_to, size_.outer) || !ring_is_whole()) return std::nullopt;
     const std::vector<Block> blocks = both_ends(arms_, z, body_);
     if (blocks.empty()) return std::nullopt;
@@ -57,7 +53,7 @@ class JointExaminer {
   /// The tongue is the parent's.
   std::optional<HingeSolids> tongue_on_parent() const {
     const Zones z = zones(size_.ear_face(), size_.outer, size_.half_tongue, body_ + kRoot * step_);
-    if (open_.share(z.within_from, z.within_to) < kOpen || both_ends(neck_, z, size_.outer).empty() || !ears_are_whole()) return std::nullopt;
+    if (both_ends(neck_, z, size_.outer).empty() || !ears_are_whole()) return std::nullopt;
     const auto arm = arms_.largest(z.within_from, z.within_to, body_);
     if (!arm) return std::nullopt;
     return solids(ring(size_.outer, size_.ear_face(), size_.pin), ring(size_.inner, size_.half_tongue, size_.hole()), {*arm});
@@ -102,7 +98,7 @@ class JointExaminer {
   const Eigen::Isometry3d frame_;
   const HingeSize size_;
   const double step_, body_;    // `body`: the radius at which the parent's own body begins
-  SphereMap neck_, arms_, open_;   // open_: where the child leaves the joint open
+  SphereMap neck_, arms_;
 };
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kNarrow = 0.25;      ///< radians: what carries must be wider, both ways
 constexpr double kNarrowest = 0.0045; ///< target units: and than 1.3 mm of 150 mm
-constexpr double kSmall = 0.3;       ///< of a sphere of radius 1: and larger
+constexpr double kSmall = 0.15;        ///< of a sphere of radius 1: and larger
 constexpr double kClear = 0.4;        ///< of the gap: a solid's value from which on it is not there; the housing itself reads a whole gap
 constexpr int kBeside = 8;
 constexpr double kHalfCell = 0.71 * kPi / SphereMap::kRows;   ///< radians from a cell's middle to its corner
@@ -64,14 +64,6 @@ std::optional<Block> SphereMap::largest(int first, int last, double radius) cons
     }
   }
   return best;
-}
-
-double SphereMap::share(int first, int last) const {
-  double flagged = 0;
-  for (int row = first; row <= last; ++row)
-    for (int c = 0; c < kColumns; ++c)
-      if (at(row, c)) flagged += std::cos(polar_edge(row)) - std::cos(polar_edge(row + 1));
-  return flagged / (kColumns * (std::cos(polar_edge(first)) - std::cos(polar_edge(last + 1))));
 }
 
 SphereMap solid_between(const Grid<float>& psi, const Eigen::Isometry3d& frame, double from, double to, double depth) {

@@ -23,8 +23,6 @@ class SphereMap {
   /// The largest rectangle of flagged cells in rows [first, last], as a block without radii; nothing when all are too small to carry anything.
   /// @param radius  of the sphere, target units
   std::optional<Block> largest(int first, int last, double radius) const;
-  /// Share of the sphere between the outer edges of two rows that is flagged.
-  double share(int first, int last) const;
 
  private:
   std::vector<char> flags_;

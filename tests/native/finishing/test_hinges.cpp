@@ -7,6 +7,7 @@
 #include "cases.h"
 #include "finishing/exact_cut.h"
 #include "finishing/hinge_shape.h"
+#include "finishing/openness.h"
 
 namespace transformables {
 namespace {
@@ -109,6 +110,28 @@ TEST(Combined, RefusesToDropMoreThanIsAllowed) {
   EXPECT_FALSE(combined(first, knife, Combination::kDifference, 0.01)) << "half a unit of the bar would go";
   ASSERT_TRUE(combined(first, knife, Combination::kDifference, 0.03));
   EXPECT_NEAR(signed_volume(combined(first, knife, Combination::kDifference, 0.03)->mesh), 1.4 * 0.04, 1e-6);
+}
+
+/// A box with a round hollow of 6 steps, and a slit of some width from there to the outside.
+Grid<float> hollow_box(double slit) {
+  GridShape shape;
+  shape.size.setConstant(31);
+  shape.origin.setConstant(-15);
+  Grid<float> distance(shape, 0);
+  for (std::size_t n = 0; n < distance.values.size(); ++n) {
+    const Vector3d p = shape.position(n);
+    const double hole = std::min(p.norm() - 6, box_distance(p, {-slit / 2, -20, 0}, {slit / 2, 20, 20}));
+    distance[n] = float(std::max(box_distance(p, Vector3d::Constant(-12), Vector3d::Constant(12)), -hole));
+  }
+  return distance;
+}
+
+TEST(ShutHollows, AreThoseWithoutAWayOutOrWithANarrowOne) {
+  const double ball = 4 * std::numbers::pi / 3 * std::pow(6 - 0.87, 3);
+  EXPECT_NEAR(double(shut_hollows(hollow_box(0)).size()), ball, 0.1 * ball);
+  EXPECT_GT(shut_hollows(hollow_box(1)).size(), 0.7 * ball);
+  EXPECT_TRUE(shut_hollows(hollow_box(4)).empty());
+  for (const Vector3d& p : shut_hollows(hollow_box(1))) EXPECT_LT(p.norm(), 6) << "nothing outside is a hollow";
 }
 
 TEST(Hinges, APinHoldsATongueBetweenTwoEars) {
