@@ -4,7 +4,8 @@ import faulthandler
 import pathlib
 import sys
 
-import bpy
+import bpy  # first: it makes addon_utils findable
+import addon_utils
 import pytest
 
 HANGS_AFTER_SECONDS = 600
@@ -20,9 +21,50 @@ def empty_scene():
     yield bpy.context.scene
 
 
+@pytest.fixture
+def scene():
+    """A snake and a box, with the add-on switched on and its panel set to a coarse grid."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert addon_utils.enable("transformables", default_set=True) is not None
+    _add_snake()
+    _add_box()
+    bpy.context.scene.transformables.target_stage.resolution = 24
+    bpy.context.view_layer.update()
+    yield bpy.context.scene
+    addon_utils.disable("transformables", default_set=True)
+
+
+@pytest.fixture
+def stand_in(monkeypatch):
+    """A native module that designs nothing but answers at once, where only the plumbing is tested."""
+    from transformables.core import job
+    monkeypatch.setattr(job, "native_dir", lambda: str(TESTS / "addon" / "stand_in"))
+
+
 @pytest.fixture(autouse=True)
 def a_test_that_hangs_says_where_and_ends():
     """No test may hold the gate up for ever; what every thread was doing goes to standard error, and the run fails."""
     faulthandler.dump_traceback_later(HANGS_AFTER_SECONDS, exit=True, file=sys.__stderr__)
     yield
     faulthandler.cancel_dump_traceback_later()
+
+
+def _add_snake():
+    snake = bpy.data.objects.new("Snake", bpy.data.armatures.new("Snake"))
+    bpy.context.scene.collection.objects.link(snake)
+    bpy.context.view_layer.objects.active = snake
+    bpy.ops.object.mode_set(mode="EDIT")
+    parent = None
+    for i in range(3):
+        bone = snake.data.edit_bones.new(f"link{i}")
+        bone.head, bone.tail = (0, i, 0), (0, i + 1, 0)
+        bone.parent = parent
+        parent = bone
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def _add_box():
+    mesh = bpy.data.meshes.new("Box")
+    corners = [(x, y, z) for x in (-1, 1) for y in (-2, 2) for z in (-1, 1)]
+    mesh.from_pydata(corners, [], [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)])
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Box", mesh))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from transformables.bridge import division
-from test_operators import _last, scene, stand_in  # noqa: F401  (fixtures)
+from jobs import last
 
 
 def _wish(kind, bone="", group="", **more):
@@ -91,7 +91,7 @@ def test_a_group_that_is_gone_gives_no_faces_and_an_empty_choice_is_refused_in_w
     _wish("assign", bone="", group="nothing")
     with pytest.raises(RuntimeError, match="names no bone"):
         bpy.ops.transformables.segment()
-    assert "names no bone" in _last().error
+    assert "names no bone" in last().error
 
 
 def test_a_wish_that_is_switched_off_is_not_sent(scene):
@@ -140,7 +140,7 @@ def test_parts_become_as_wished_and_what_makes_no_sense_is_told(scene):
     _wish("remove", "somebody else")
     bpy.ops.transformables.segment()
     assert _shares().get(victim, 0) < 0.7 * before[victim]
-    assert any("'somebody else'" in text for text in _last().warnings)
+    assert any("'somebody else'" in text for text in last().warnings)
 
 
 def test_a_finished_design_holds_what_was_wished(scene):
@@ -247,7 +247,7 @@ def test_a_pulled_seam_is_a_wish_that_the_next_division_heeds(scene):
     assert edit.kind == "move_seam" and [edit.bone, edit.other] == bones
     assert _nearest(_stored_seams(), bones, there) < 0.2 * voxel, "it is shown where it was pulled to"
     bpy.ops.transformables.segment()
-    assert not _last().warnings
+    assert not last().warnings
     changed = parts != dragged
     assert changed.sum() > 20 and (dragged == _division())[changed].mean() > 0.85, "the parts came out as they were shown"
     assert _nearest(_stored_seams(), bones, there) < voxel

@@ -14,7 +14,7 @@ import importlib
 import time
 from array import array
 
-from . import kinematics, schedule, steering, together
+from . import kinematics, outcome, schedule, steering, together
 from .options import LONGEST_SIDE, DesignOptions, UserError
 from .rehearsal import Rehearsals
 
@@ -34,7 +34,6 @@ ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result c
 PROVED_AGAIN = 0.999       # of the gap that is proved, that joints which turn together must keep: proofs differ by rounding
 JOINED_TOLERANCE = 0.02    # of their gap, by which a proof of that may fall short of the truth
 JOINED_STEPS = 1_000_000   # comparisons of a pair, after which such a proof is given up: the moves stay one after the other
-EMBEDDING_FIELDS = ("root", "angles", "morphology", "terms", "value", "symmetric", "deepest_protrusion", "deepest_collision")
 
 
 class Cancelled(Exception):
@@ -76,7 +75,7 @@ class _Run:
         if self.until in ("segmentation", "folding"):
             self._stage("preview", self._preview)
         self.seconds["total"] = time.perf_counter() - began
-        return self._result(), {**self._echo(), **self.part_arrays, **self.surface_arrays}
+        return outcome.of(self), {**self._echo(), **self.part_arrays, **self.surface_arrays}
 
     def _stage(self, name, work):
         self._go_on(name, 0.0, "")
@@ -139,7 +138,7 @@ class _Run:
         if explore:
             found = self.tn.explore(self.character, self.target, count=int(explore["count"]), found=self.found.append,
                                     least_difference=float(explore["least_difference"]), **search)
-            self.solutions = [self._solution(embedding) for embedding in found]
+            self.solutions = [self.solution(embedding) for embedding in found]
             self.embedding = found[0]
         elif start:
             self.embedding = self.tn.embed(self.character, self.target, start=self._stored_embedding(start), **search)
@@ -152,7 +151,7 @@ class _Run:
         found = sorted(self.found, key=lambda embedding: embedding.value) or [self.best]
         self.embedding = found[0]
         if self.job.get("explore"):
-            self.solutions = [self._solution(embedding) for embedding in found]
+            self.solutions = [self.solution(embedding) for embedding in found]
 
     def _search_and_rehearse(self, search):
         """Some poses that differ, and of them (and a rival, should there be one) the one that loses least when it is rehearsed."""
@@ -179,12 +178,12 @@ class _Run:
         """Of each bone's name, which body it is part of."""
         return {self.armature["names"][bone]: body for body, members in enumerate(self.character.members) for bone in members}
 
-    def _solution(self, embedding):
+    def solution(self, embedding):
         """One embedding with what the artist wants to know of it: lines to draw it, and which bones are not as they should be."""
         names = self.character.names
         fit = self.tn.skeleton_fit(self.character, self.target, embedding)
         least = LONGEST_SIDE / self.options.resolution
-        return {**{name: _plain(getattr(embedding, name)) for name in EMBEDDING_FIELDS}, "points": self._points(embedding),
+        return {**outcome.embedding(embedding), "points": self._points(embedding),
                 "outside": [names[i] for i, depth in enumerate(fit["protrusion"]) if depth > least],
                 "colliding": [[names[i], names[j]] for i, j, depth in fit["collisions"] if depth > TOUCHING_BONES]}
 
@@ -306,17 +305,8 @@ class _Run:
                                     progress=lambda *_: progress(min(1.0, len(tried) / len(moves)), "joints that can turn together"))
             return proof.intervals if proof.holds and proof.gap >= self.certificate.gap * PROVED_AGAIN else None
 
-        self.joined = together.joined(moves, self.certificate.intervals, list(self.embedding.angles), self._pairs_moved, prove)
-
-    def _pairs_moved(self, turns):
-        """Bodies that move against each other, when some hinges turn, in pairs: those with such a joint between them."""
-        turned = {angle for angle, _, _ in turns}
-        above = []  # for each body the turning joints between it and the root
-        for body, parent in enumerate(self.character.parents):
-            first = self.character.first_angle[body]
-            own = any(first + k in turned for k in range(len(self.character.hinges[body])))
-            above.append((above[parent] if parent >= 0 else frozenset()) | ({body} if own else frozenset()))
-        return {(a, b) for b in range(len(above)) for a in range(b) if above[a] != above[b]}
+        self.joined = together.joined(moves, self.certificate.intervals, list(self.embedding.angles),
+                                      lambda turns: together.pairs_moved(self.character, turns), prove)
 
     def _preview(self):
         """Part meshes of a design that is not finished: nothing is carved."""
@@ -357,60 +347,3 @@ class _Run:
 
     def _echo(self):
         return {name: self.arrays[name] for name in ECHOED if name in self.arrays}
-
-    def _result(self):
-        character, target = self.character, self.target
-        return {
-            "until": self.until, "stopped": self.stopped, "options": self.options.as_dict(), "native_version": self.tn.version,
-            "seconds": self.seconds, "warnings": self.warnings, "peak_memory_mb": _peak_memory_mb(),
-            "character": {
-                "names": list(self.armature["names"]), "parents": list(self.armature["parents"]),
-                "bodies": list(character.names), "members": [list(m) for m in character.members],
-                "body_parents": list(character.parents), "hinges": [[list(h) for h in hs] for hs in character.hinges],
-                "first_angle": list(character.first_angle), "angle_count": character.angle_count,
-                "mirrored": bool(character.mirrored), "scale": character.scale},
-            "names": self.job.get("names", {}),
-            "target": {**self.job.get("target", {}), "scale": target.scale, "centre": list(target.centre), "volume": target.volume,
-                       "grid": list(target.grid), "mirror_axis": target.mirror_axis},
-            "embedding": self.stored.get("embedding") or self._solution(self.embedding), "solutions": self.solutions,
-            "path": self._path_result(), "seams": self.seams, "finishing": self._parts_result()}
-
-    def _path_result(self):
-        if self.path is None:
-            return None
-        moves, _, new_of = self.joined or (self.path.moves, None, range(len(self.path.moves)))
-        return {"moves": [[list(turn) for turn in turns] for turns in moves], "overlap_volume": self.path.overlap_volume,
-                "collisions": [{**c, "move": new_of[c["move"]], "angles": [turn[0] for turn in self.path.moves[c["move"]]]} for c in self.path.collisions]}
-
-    def _parts_result(self):
-        if self.parts is None:
-            return None
-        return {"parts": [{"bone": part["bone"], "volume": part["volume"]} for part in self.parts.parts],
-                "preview": self.until != "finishing", "collisions": [dict(c) for c in self.parts.collisions],
-                "minimum_clearance": self.parts.minimum_clearance, "pinned": list(self.parts.pinned),
-                "carved_volume_pct": self.parts.carved_volume_pct, "filled_volume_pct": self.parts.filled_volume_pct,
-                "certificate": self._certificate_result()}
-
-    def _certificate_result(self):
-        if self.certificate is None:
-            return None
-        gap = min((row[-1] for row in self.joined[1]), default=self.certificate.gap) if self.joined else self.certificate.gap
-        return {"holds": self.certificate.holds, "gap": gap, "open": [dict(place) for place in self.certificate.open]}
-
-
-def _plain(value):
-    if isinstance(value, dict):
-        return dict(value)
-    if isinstance(value, (bool, int, float)):
-        return value
-    return list(value)
-
-
-def _peak_memory_mb():
-    try:
-        import resource
-    except ImportError:  # Windows
-        return None
-    import sys
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1024 * 1024 if sys.platform == "darwin" else 1024)

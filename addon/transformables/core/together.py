@@ -53,3 +53,14 @@ def _joins(groups, number, turns, rows, pairs_moved, prove):
 
 def _pair(row):
     return row[1], row[2]
+
+
+def pairs_moved(character, turns):
+    """Bodies that move against each other, when some hinges turn, in pairs (lesser first): those with such a joint between them."""
+    turned = {angle for angle, _, _ in turns}
+    above = []  # for each body the turning joints between it and the root
+    for body, parent in enumerate(character.parents):
+        first = character.first_angle[body]
+        own = any(first + k in turned for k in range(len(character.hinges[body])))
+        above.append((above[parent] if parent >= 0 else frozenset()) | ({body} if own else frozenset()))
+    return {(a, b) for b in range(len(above)) for a in range(b) if above[a] != above[b]}
