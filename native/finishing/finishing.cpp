@@ -149,6 +149,7 @@ class Finisher {
  private:
   void prove(double from, double to);
   bool set_apart(int round);
+  std::string consequence(int bone) const;
   std::vector<std::string> losses(double share_of_sample) const;
 
   const Scene& scene_;
@@ -250,6 +251,20 @@ void Finisher::add_hinges() {
   }
 }
 
+/// Of a bone that has no part. Bones that hang on it where it hangs itself (the crosses of universal joints) keep a ball in a socket.
+std::string Finisher::consequence(int bone) const {
+  const auto& bones = scene_.character.bones;
+  const auto head = [&](int b) { return scene_.segmentation.frames[std::size_t(b)].translation(); };
+  bool carries = false, loose = bones[std::size_t(bone)].parent < 0;
+  for (int child = 0; child < int(bones.size()); ++child) {
+    if (bones[std::size_t(child)].parent != bone) continue;
+    carries = true;
+    loose = loose || (head(child) - head(bone)).norm() > bones[std::size_t(bone)].radius;
+  }
+  if (!carries) return ".";
+  return loose ? ": what hangs on it is loose. Try another seed." : ": its joint and the next are at one place, and turn as a ball in a socket.";
+}
+
 std::vector<std::string> Finisher::losses(double share_of_sample) const {
   std::vector<std::string> told;
   for (const PartField& field : fields_) {
@@ -258,10 +273,7 @@ std::vector<std::string> Finisher::losses(double share_of_sample) const {
     if (share > kWorthTelling)
       told.push_back("Pieces of bone '" + name + "' that carving cut off were dropped: " + percent(share) + " of the target's volume.");
     const bool had_part = !scene_.segmentation.phi[field.bone].values.empty();
-    const auto& bones = scene_.character.bones;
-    const bool carries = std::any_of(bones.begin(), bones.end(), [&](const Bone& b) { return b.parent == field.bone; });
-    if (inside_count(field.psi) == 0 && had_part)
-      told.push_back("Nothing is left of the part of bone '" + name + "'" + (carries ? ": what hangs on it is loose. Try another seed." : "."));
+    if (inside_count(field.psi) == 0 && had_part) told.push_back("Nothing is left of the part of bone '" + name + "'" + consequence(field.bone));
   }
   return told;
 }

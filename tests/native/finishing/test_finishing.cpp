@@ -1,4 +1,5 @@
 // Finishing, on designs made by hand: beams along Y whose bones turn about X.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -295,6 +296,17 @@ TEST(Finish, AnEnclosedPartIsGivenUpByNameAndItsRoomFilled) {
   EXPECT_GT(parts.filled_volume_pct, 99);
   ASSERT_FALSE(parts.warnings.empty());
   EXPECT_NE(parts.warnings[0].find("yolk"), std::string::npos);
+}
+
+TEST(Finish, TheCrossOfAUniversalJointMayBeLostAndThatIsTold) {
+  // A bone between two others, of which the joints' balls leave nothing.
+  const auto ball = [](const Vector3d& p) { return p.norm() - 0.004; };
+  Design d = beam({kHalfWidth, 0.25, kHalfWidth}, {bone("root", -1, -0.15, 0), bone("cross", 0, 0, 0), bone("child", 1, 0, 0.15)}, 0.012,
+                  {[=](const Vector3d& p) { return std::max(p.y(), -ball(p)); }, ball, [=](const Vector3d& p) { return std::max(-p.y(), -ball(p)); }});
+  d.turn(1, 0.3);
+  const Parts parts = d.finished();
+  ASSERT_EQ(parts.parts.size(), 2u);
+  EXPECT_THAT(parts.warnings, testing::Contains(testing::HasSubstr("'cross': its joint and the next are at one place")));
 }
 
 TEST(Finish, AVoidInTheSegmentationBecomesNoHollow) {
