@@ -79,6 +79,20 @@ void bind_folding(py::module_& m) {
       "InvalidInput, Cancelled.");
 
   m.def(
+      "plan_greedy",
+      [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding, int threads,
+         const py::object& progress) {
+        FoldingOptions options;
+        options.threads = threads;
+        options.cost = MoveCost::kNetOverlap;
+        const Progress tell = progress_from(progress);
+        py::gil_scoped_release release;
+        return plan_greedy(segmentation, character, target, embedding, options, tell);
+      },
+      py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(), py::arg("threads") = 0,
+      py::arg("progress") = py::none(), "The paper's greedy order at the paper's cost (Eq. 11), to compare with. Raises InvalidInput, Cancelled.");
+
+  m.def(
       "transfer_along",
       [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding, const FoldPath& path,
          int threads, const py::object& progress) {

@@ -46,10 +46,12 @@ def run(job, arrays, tell):
 
     Gives (result, arrays). Raises UserError, Cancelled, or what the native module raises.
     """
-    return _Run(importlib.import_module("transformables_native"), job, arrays, tell).run()
+    return Run(importlib.import_module("transformables_native"), job, arrays, tell).run()
 
 
-class _Run:
+class Run:
+    """One job being done."""
+
     def __init__(self, native, job, arrays, tell):
         self.tn, self.arrays, self.tell = native, arrays, tell
         self.options = DesignOptions(**job["options"])
