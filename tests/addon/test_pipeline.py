@@ -141,6 +141,25 @@ def test_poses_are_told_apart_on_the_fine_grid_when_a_coarse_one_loses_much_of_t
     assert grids_of_rehearsals(native, monkeypatch, make_target=losing) == 4 * [64]
 
 
+@pytest.mark.parametrize("carving, searches", [(0.03, 1), (0.06, 2)])
+def test_poses_that_lose_much_are_followed_by_a_second_search_elsewhere(native, monkeypatch, carving, searches):
+    seeds, explore = [], native.explore
+
+    def searched(*rooms, seed, **search):
+        seeds.append(seed)
+        return explore(*rooms, seed=seed, **search)
+
+    def costly(made, segmentation, character, target, *rest, **more):
+        folding = made(segmentation, character, target, *rest, **more)
+        folding.carving_after = carving * target.volume
+        return folding
+
+    monkeypatch.setattr(native, "explore", searched)
+    grids = grids_of_rehearsals(native, monkeypatch, fold=costly)
+    assert len(seeds) == len(set(seeds)) == searches
+    assert grids == searches * 3 * [40] + 2 * [64], "the two best of all are rehearsed well"
+
+
 def test_a_pose_that_has_no_room_on_a_coarse_grid_is_rehearsed_on_the_fine_one(native, monkeypatch):
     def cramped(made, segmentation, character, target, embedding, **options):
         if target.resolution < 64 and embedding.angles[0] == 0.1:

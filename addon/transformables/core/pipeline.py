@@ -23,6 +23,7 @@ STAGES = ("character", "target", *UNTIL)
 PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: printing)
 PREVIEW_CLEARANCE_MM = 0.05
 TRIED = 3                  # folded poses, of which the one is taken that loses least to carving when it unfolds
+ELSEWHERE = 1_000_003      # added to the seed for a second search
 EVALUATIONS = 5000         # of the objective, for each
 SHOWN_RESOLUTION = 96      # edges along the longest side: the division of the surface that is sent back is no finer
 DIVISION = {"vertices": "d", "triangles": "i", "bones": "i"}   # its arrays, each named division_...: world units, corners, an index into bodies or -1
@@ -157,14 +158,18 @@ class Run:
 
     def _search_and_rehearse(self, search):
         """Some poses that differ, and of them (and a rival, should there be one) the one that loses least when it is rehearsed."""
-        search["progress"] = self._progress("embedding", 0.0, 0.4)
         apart = steering.pairs_apart(self.job.get("steering") or {}, self._bodies())
         rival = self._stored_embedding(self.stored["rival"]) if self.stored.get("rival") else None
         tried = TRIED if self.options.resolution < FINE or apart else 1
-        found = self.tn.explore(self.character, self.target, count=tried, least_difference=DIFFERENT, evaluations=EVALUATIONS, **search)
+
+        def poses(**changed):
+            return self.tn.explore(self.character, self.target, count=tried, least_difference=DIFFERENT, evaluations=EVALUATIONS, **{**search, **changed})
+
+        found = poses(progress=self._progress("embedding", 0.0, 0.4))
         self._tell_pose(found[0])
         rehearsals = Rehearsals(self.tn, self.target, self.options, apart, self._grown, self._folded, self._made_target)
-        self.rehearsed = rehearsals.best(found, rival, self._progress("embedding", 0.4, 1.0))
+        self.rehearsed = rehearsals.best(found, lambda progress: poses(seed=self.options.seed + ELSEWHERE, progress=progress), rival,
+                                         self._progress("embedding", 0.4, 1.0))
         self.embedding = self.rehearsed.embedding
         if self.embedding is rival:
             self.stored["embedding"] = self.stored["rival"]

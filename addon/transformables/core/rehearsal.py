@@ -6,6 +6,7 @@ from . import blocks
 from .options import LONGEST_SIDE
 
 GOOD_ENOUGH_PCT = 2.5      # of the target, carved: the next pose is not tried then
+POOR_PCT = 4.0             # when the best of the poses roughly loses more, the search is done once more, elsewhere
 APART = 10.0               # how much more the pairs' share counts that are to be kept apart
 ROUGHLY = {"rounds": 1, "expansions": 200}   # how well the unfolding of each is searched, to tell them apart
 ROUGH_RESOLUTION = 40      # voxels along the longest side, for that: enough to rank poses as the design's own grid does
@@ -33,16 +34,14 @@ class Rehearsals:
         self.tn, self.target, self.options, self.apart = native, target, options, apart
         self.grow, self.fold, self.make_target = grow, fold, make_target
 
-    def best(self, found, rival, progress):
+    def best(self, found, more, rival, progress):
         """The Rehearsal that loses least: of the two best of those found, or the first when it loses little, and of a rival, should there be one.
+        When all those found lose much, `more(progress)` gives others to choose from.
 
         Skeletons that stick out of the target, or through themselves, are the last resort, and poses that leave painted regions to other bones
         are not asked for what they lose.
         """
-        sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
-        closest = min(embedding.missed for embedding in sound) + LONGEST_SIDE / self.options.resolution
-        sound = [embedding for embedding in sound if embedding.missed <= closest]
-        tries = [*self._two_best(sound, _part(progress, 0.0, 1 / 3)), *([rival] if rival else [])]
+        tries = [*self._two_best(found, more, _part(progress, 0.0, 1 / 3)), *([rival] if rival else [])]
         best = None
         for k, embedding in enumerate(tries):
             rehearsal = self._rehearsal(embedding, self.target, _part(progress, (1 + 2 * k / len(tries)) / 3, (1 + 2 * (k + 1) / len(tries)) / 3))
@@ -52,15 +51,29 @@ class Rehearsals:
                 break
         return best
 
-    def _two_best(self, embeddings, progress):
+    def _worth_trying(self, found):
+        sound = [embedding for embedding in found if self._sound(embedding)] or found[:1]
+        closest = min(embedding.missed for embedding in sound) + LONGEST_SIDE / self.options.resolution
+        return [embedding for embedding in sound if embedding.missed <= closest]
+
+    def _two_best(self, found, more, progress):
         """Of several poses the two that lose least when they are rehearsed roughly, on a coarse grid."""
-        if len(embeddings) < 2:
-            return embeddings
-        rough, target = [], self._coarse_target(progress)
-        for k, embedding in enumerate(embeddings):
-            rough.append(self._rough_rehearsal(embedding, target, _part(progress, k / len(embeddings), (k + 1) / len(embeddings))))
-        rough.sort(key=lambda rehearsal: rehearsal.loss_pct)
+        worth = self._worth_trying(found)
+        if len(worth) < 2:
+            return worth
+        target = self._coarse_target(progress)
+        rough = self._roughly(worth, target, _part(progress, 0.0, 0.3))
+        if rough[0].loss_pct > POOR_PCT:
+            everything = self._worth_trying([*found, *more(_part(progress, 0.3, 0.7))])
+            known = [rehearsal for rehearsal in rough if rehearsal.embedding in everything]
+            new = [embedding for embedding in everything if embedding not in found]
+            rough = sorted([*known, *self._roughly(new, target, _part(progress, 0.7, 1.0))], key=lambda rehearsal: rehearsal.loss_pct)
         return [rehearsal.embedding for rehearsal in rough[:2]]
+
+    def _roughly(self, embeddings, target, progress):
+        rough = [self._rough_rehearsal(embedding, target, _part(progress, k / len(embeddings), (k + 1) / len(embeddings)))
+                 for k, embedding in enumerate(embeddings)]
+        return sorted(rough, key=lambda rehearsal: rehearsal.loss_pct)
 
     def _coarse_target(self, progress):
         """The target on a coarse grid; the target itself where it is coarse already, or too much of it would be lost."""
