@@ -29,6 +29,7 @@ constexpr double kMore = 0.35;         ///< steps by which parts that touch are 
 constexpr double kProvable = 1e-4;     ///< target units: a proof never asks for less of a gap to look at than this
 constexpr double kAmple = 0.6;         ///< of the clearance: where parts are further apart, the proof does not ask how much
 constexpr double kTouching = 0.02;     ///< of that, the least gap that is not a touch
+constexpr long kSteps = 40'000'000;    ///< of a pair's proof: parts that travel side by side need many, and carving such a pair all over takes longer
 constexpr double kWorthTelling = 5e-4; ///< share of the target's volume from which on a loss is reported
 
 void demand(bool holds, const char* what) {
@@ -190,6 +191,7 @@ void Finisher::prove(double from, double to) {
   // What is proved falls short of the true gap by the proof's tolerance.
   options.least = std::max(kTouching, scene_.options.least_share / (1 - options.tolerance)) * clearance * 0.999;
   options.enough = std::max(kAmple * clearance, 1.01 * options.least);
+  options.steps = kSteps;
   options.threads = scene_.options.threads;
   const Progress part = stage(progress_, from, to);
   certificate_ = proved_.empty() ? certify(parts_, scene_.character, scene_.embedding, scene_.path, options, part)
