@@ -36,6 +36,9 @@ count() {
     awk '{ total += $1 - $2 } END { print total + 0 }'
 }
 
+if [[ -n ${TRANSFORMABLES_SHARED:-} ]]; then
+  /usr/bin/python3 tests/native/write_characters.py --shared "$TRANSFORMABLES_SHARED" build/characters.txt
+fi
 part native ctest --test-dir build --output-on-failure -j2
 part addon /usr/bin/python3 -m pytest -q -rs tests/addon
 part blender blender -b --factory-startup --python-exit-code 1 --python tests/blender/run.py -- -q -rs

@@ -9,10 +9,12 @@
 
 #include "common/grid.h"
 #include "segmentation/lattice.h"
+#include "segmentation/level_set.h"
 
 namespace transformables::segmentation_inner {
 
 inline constexpr int kSide = 8, kCells = kSide * kSide * kSide;
+using Samples = Row<kCells>;   ///< a value for each sample of a block
 inline constexpr int kHaloSide = kSide + 2, kHaloCells = kHaloSide * kHaloSide * kHaloSide;
 
 /// One bone's level set in a block, in steps, clamped to the band.
@@ -28,20 +30,22 @@ struct Block {
   std::array<float, kCells> limit;        ///< the target's distance in steps: no level set goes below it
   std::array<char, kCells> inside;
   std::vector<std::unique_ptr<Layer>> layers;   ///< by bone
+  std::vector<std::int16_t> bones;              ///< of each layer, once more: looked through for every neighbour at every step
   int inside_count = 0;
   int unclaimed = 0;
   int quiet = 0;                          ///< steps since all was claimed
 
   Layer* layer(int bone) const {
-    for (const auto& l : layers)
-      if (l->bone == bone) return l.get();
+    for (std::size_t k = 0; k < bones.size(); ++k)
+      if (bones[k] == bone) return layers[k].get();
     return nullptr;
   }
   /// True when the layer is new.
   bool add(std::int16_t bone) {
-    const auto at = std::lower_bound(layers.begin(), layers.end(), bone, [](const auto& l, std::int16_t b) { return l->bone < b; });
-    if (at != layers.end() && (*at)->bone == bone) return false;
-    layers.insert(at, std::make_unique<Layer>(bone));
+    const auto at = std::lower_bound(bones.begin(), bones.end(), bone);
+    if (at != bones.end() && *at == bone) return false;
+    layers.insert(layers.begin() + (at - bones.begin()), std::make_unique<Layer>(bone));
+    bones.insert(at, bone);
     return true;
   }
 };
@@ -73,10 +77,11 @@ struct Blocks {
         const int offset = ((z & 7) * kSide + (y & 7)) * kSide;
         float* line = out + ((z + 1) * kHaloSide + y + 1) * kHaloSide;
         line[0] = from[row] ? from[row][offset + kSide - 1] : kBand;
+        Eigen::Map<Row<kSide>> own(line + 1);
         if (from[row + 1])
-          std::copy_n(from[row + 1] + offset, kSide, line + 1);
+          own = Eigen::Map<const Row<kSide>>(from[row + 1] + offset);
         else
-          std::fill_n(line + 1, kSide, kBand);
+          own.setConstant(kBand);
         line[kSide + 1] = from[row + 2] ? from[row + 2][offset] : kBand;
       }
   }

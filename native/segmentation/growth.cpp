@@ -173,33 +173,47 @@ void Growth::step() {
   open_neighbours();
 }
 
+// At each sample of a block, the smallest level set and the second.
+struct Nearest {
+  Samples least = Samples::Constant(kBand), second = least;
+
+  explicit Nearest(const Block& block) {
+    for (const auto& layer : block.layers) {
+      const Eigen::Map<const Samples> phi(layer->phi.data());
+      second = second.min(phi.max(least));
+      least = least.min(phi);
+    }
+  }
+};
+
+// Calls `visit` with the first cell of each row of a block, and the row's stencil in the block's halo.
+template <class Visit>
+void for_rows(const float* halo, Visit visit) {
+  for (int k = 0; k < kCells; k += kSide) visit(k, Stencil<kSide>{halo + halo_index(k), kHaloSide, kHaloSide * kHaloSide});
+}
+
 // Eq. 7, explicit. The speed is capped by half of what is left between two fronts, so that they meet and stop.
 void Growth::advance(int b) {
   Block& block = blocks_.all[b];
-  std::array<float, kCells> least, second;
-  least.fill(kBand), second.fill(kBand);
-  for (const auto& layer : block.layers)
-    for (int k = 0; k < kCells; ++k) {
-      const float v = layer->phi[k];
-      second[k] = std::min(second[k], std::max(v, least[k]));
-      least[k] = std::min(least[k], v);
-    }
+  const Nearest nearest(block);
   float halo[kHaloCells];
   for (auto& layer : block.layers) {
     blocks_.gather(b, layer->bone, nullptr, halo);
-    for (int k = 0; k < kCells; ++k) {
-      const float phi = layer->phi[k];
-      layer->next[k] = phi;
-      if (std::abs(phi) > kBand - 0.5f) continue;
-      const Stencil at{halo + halo_index(k), 1, kHaloSide, kHaloSide * kHaloSide};
-      float speed = 1;
-      if (std::abs(phi) < kCurvatureBand) {
-        const float kappa = curvature(at);
-        speed -= curvature_ * std::copysign(std::max(std::abs(kappa) - limit_, 0.f), kappa);  // Eq. 6
+    for_rows(halo, [&](int first, const Stencil<kSide>& at) {
+      const Row<kSide> phi = at.at(0), far = phi.abs();
+      Row<kSide> speed = Row<kSide>::Ones(), next = phi;
+      if (far.minCoeff() < kCurvatureBand) {
+        const Row<kSide> kappa = curvature(at), sharp = kappa - kappa.max(-limit_).min(limit_);   // Eq. 6
+        for (int k = 0; k < kSide; ++k) speed[k] -= far[k] < kCurvatureBand ? curvature_ * sharp[k] : 0.f;
       }
-      const float gap = phi + (phi > least[k] ? least[k] : second[k]);
-      layer->next[k] = phi - std::min(kAdvance * speed * growing_slope(at), 0.5f * std::max(gap, 0.f));
-    }
+      if (far.minCoeff() <= kBand - 0.5f) {
+        Row<kSide> gap;
+        for (int k = 0; k < kSide; ++k) gap[k] = phi[k] + (phi[k] > nearest.least[first + k] ? nearest.least[first + k] : nearest.second[first + k]);
+        const Row<kSide> step = (kAdvance * speed * growing_slope(at)).min(0.5f * gap.max(0.f));
+        for (int k = 0; k < kSide; ++k) next[k] -= far[k] > kBand - 0.5f ? 0.f : step[k];
+      }
+      Eigen::Map<Row<kSide>>(&layer->next[first]) = next;
+    });
   }
 }
 
@@ -209,48 +223,50 @@ void Growth::redistance(int b) {
   float halo[kHaloCells];
   for (auto& layer : block.layers) {
     blocks_.gather(b, layer->bone, &awake_, halo);
-    for (int k = 0; k < kCells; ++k) {
-      const Stencil at{halo + halo_index(k), 1, kHaloSide, kHaloSide * kHaloSide};
-      const float phi = *at.p;
-      float v;
-      if (beside_zero(at))
-        v = phi + 0.5f * (distance_beside_zero(at) - phi);
-      else
-        v = phi - 0.5f * std::copysign(1.f, phi) * (distance_slope(at) - 1);
-      layer->phi[k] = std::clamp(v, -kBand, kBand);
-    }
+    for_rows(halo, [&](int first, const Stencil<kSide>& at) {
+      const Row<kSide> phi = at.at(0), beside = beside_zero(at);
+      Row<kSide> side, v;
+      for (int k = 0; k < kSide; ++k) side[k] = phi[k] > 0 ? 1.f : -1.f;
+      v = phi - 0.5f * side * (distance_slope(at, side) - 1);
+      if (beside.minCoeff() <= 0) {
+        const Row<kSide> near = phi + 0.5f * (distance_beside_zero(at) - phi);
+        for (int k = 0; k < kSide; ++k) v[k] = beside[k] <= 0 ? near[k] : v[k];
+      }
+      Eigen::Map<Row<kSide>>(&layer->phi[first]) = v.max(-kBand).min(kBand);
+    });
   }
   project(block);
 }
 
+// Flags of the faces of a block that a front is near.
+std::uint8_t faces_near(const Samples& phi) {
+  constexpr int kSlice = kSide * kSide;
+  Row<kSide> along = Row<kSide>::Constant(kBand), low = along, high = along;
+  for (int k = 0; k < kCells; k += kSide) along = along.min(phi.segment<kSide>(k));
+  for (int k = 0; k < kCells; k += kSlice) low = low.min(phi.segment<kSide>(k)), high = high.min(phi.segment<kSide>(k + kSlice - kSide));
+  const float least[6] = {along[0], along[kSide - 1], low.minCoeff(), high.minCoeff(), phi.head<kSlice>().minCoeff(), phi.tail<kSlice>().minCoeff()};
+  std::uint8_t faces = 0;
+  for (int f = 0; f < 6; ++f)
+    if (least[f] < kBand - 1) faces = std::uint8_t(faces | (1 << f));
+  return faces;
+}
+
 // Where level sets overlap, every one of them is shifted by the mean of the two smallest (Losasso et al. 2006); the target's own wins against all.
 void Growth::project(Block& block) {
+  const auto [least, second] = Nearest(block);
+  const Samples shift = 0.5f * (least + second).min(0.f);
+  const Eigen::Map<const Samples> limit(block.limit.data());
+  for (auto& layer : block.layers) {
+    Samples phi = Eigen::Map<const Samples>(layer->phi.data());
+    for (int k = 0; k < kCells; ++k) phi[k] -= phi[k] + least[k] < 0 ? shift[k] : 0.f;
+    phi = phi.max(limit);
+    Eigen::Map<Samples>(layer->phi.data()) = phi;
+    layer->faces = faces_near(phi);
+  }
   block.unclaimed = 0;
   for (int k = 0; k < kCells; ++k) {
-    float least = kBand, second = kBand;
-    for (const auto& layer : block.layers) {
-      const float v = layer->phi[k];
-      second = std::min(second, std::max(v, least));
-      least = std::min(least, v);
-    }
-    const float shift = 0.5f * std::min(least + second, 0.f);
-    for (auto& layer : block.layers) {
-      float& v = layer->phi[k];
-      if (v + least < 0 || v == least) v -= shift;
-      v = std::max(v, block.limit[k]);
-    }
-    least = std::max(least - shift, block.limit[k]);
-    block.unclaimed += block.inside[k] && least > 0 && least + second - shift > kClosed;
-  }
-  for (auto& layer : block.layers) {
-    layer->faces = 0;
-    for (int a = 0; a < kSide; ++a)
-      for (int c = 0; c < kSide; ++c) {
-        const int at[6] = {(a * kSide + c) * kSide, (a * kSide + c) * kSide + kSide - 1, a * kSide * kSide + c,
-                           (a * kSide + kSide - 1) * kSide + c, a * kSide + c, (kSide - 1) * kSide * kSide + a * kSide + c};
-        for (int f = 0; f < 6; ++f)
-          if (layer->phi[at[f]] < kBand - 1) layer->faces = std::uint8_t(layer->faces | (1 << f));
-      }
+    const float nearest = std::max(least[k] - shift[k], limit[k]);
+    block.unclaimed += block.inside[k] && nearest > 0 && nearest + second[k] - shift[k] > kClosed;
   }
   block.quiet = block.unclaimed > 0 ? 0 : block.quiet + 1;
 }

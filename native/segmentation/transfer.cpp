@@ -19,9 +19,10 @@ namespace {
 
 using namespace segmentation_inner;
 
-constexpr double kNoCollision = 1e-4;   // of the target's volume
+constexpr double kNoCollision = 5e-5;   // of the target's volume
+constexpr double kLeft = 1e-4;          // the same, what may be left after rounding
 constexpr double kWorth = 40;           // volume that may be moved to be rid of one unit of mean overlap
-constexpr int kPasses = 2;              // a joint's transfer may touch one that was settled before
+constexpr int kPasses = 3;              // a joint's transfer may touch one that was settled before; the last pass mends what rounding could not
 
 struct Candidate {
   std::vector<std::int16_t> owner;
@@ -42,10 +43,10 @@ class Transfer {
 
   double overlap(const Joint& joint) const { return mean(joint, collisions(result_, target_, joint).total); }
 
-  // Mends one joint when that is worth while; tells what was done.
-  void mend(const Joint& joint, TransferResult& report) {
+  // Mends one joint when that is worth while; tells what was done. Before rounding only samples well inside the other part count as worth it.
+  void mend(const Joint& joint, bool is_rounded, TransferResult& report) {
     const Collisions found = collisions(result_, target_, joint);
-    if (mean(joint, found.total) <= tolerance()) return;
+    if (mean(joint, found.total) <= (is_rounded ? kLeft : kNoCollision) * target_.volume) return;
     std::optional<Candidate> best;
     for (bool child_to_parent : {true, false}) {
       if (options_.direction == TransferDirection::kChildToParent && !child_to_parent) continue;
@@ -57,16 +58,18 @@ class Transfer {
         if (!best || candidate.score < best->score) best = std::move(candidate);
       }
     }
-    const double as_it_is = kWorth * (mean(joint, collisions_by_owner(result_.owner, target_, joint)) - tolerance());
+    const long total = is_rounded ? found.total : collisions_by_owner(result_.owner, target_, joint);
+    const double as_it_is = kWorth * (mean(joint, total) - tolerance());
     if (!best || best->moved == 0 || best->score >= as_it_is) return;
-    report.radius = best->radius;
-    report.child_to_parent = best->child_to_parent;
+    if (best->moved > report.moved_volume) report.radius = best->radius, report.child_to_parent = best->child_to_parent;
     report.moved_volume += best->moved;
     take(joint, std::move(*best));
   }
 
   /// Bones whose parts were changed since this was last asked; at first all.
   std::vector<char> touched() { return std::exchange(touched_, std::vector<char>(touched_.size(), 0)); }
+
+  bool is_touched() const { return std::find(touched_.begin(), touched_.end(), 1) != touched_.end(); }
 
   Segmentation result() { return std::move(result_); }
 
@@ -176,15 +179,16 @@ Segmentation transfer(const Segmentation& segmentation, const Character& charact
   std::vector<TransferResult> reports(joints.size());
   tbb::task_arena arena(arena_size(options.threads));
   for (int pass = 0; pass < kPasses; ++pass) {
+    const bool last = pass + 1 == kPasses;
     const std::vector<char> touched = work.touched();
     for (std::size_t k = 0; k < joints.size(); ++k) {
-      if (!touched[joints[k].child] && !touched[joints[k].parent]) continue;
+      if (!last && !touched[joints[k].child] && !touched[joints[k].parent]) continue;
       progress((pass + double(k) / double(joints.size())) / kPasses, "transferring between parts");
       reports[k].bone = joints[k].child;
-      arena.execute([&] { work.mend(joints[k], reports[k]); });
+      arena.execute([&] { work.mend(joints[k], last, reports[k]); });
     }
+    if (pass + 2 == kPasses || (last && work.is_touched())) work.round_off(joints);
   }
-  work.round_off(joints);
   arena.execute([&] {
     for (std::size_t k = 0; k < joints.size(); ++k) reports[k].left_overlap = work.overlap(joints[k]);
   });

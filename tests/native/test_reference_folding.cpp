@@ -22,7 +22,7 @@ Made grown(Target target, const std::function<Character(const Target&)>& charact
   Made m;
   m.target = std::move(target);
   m.character = character(m.target);
-  m.embedding = reference::folded(m.character, m.target, 800);
+  m.embedding = reference::folded(m.character, m.target, 1, 800);
   m.segmentation = grow(m.character, m.target, m.embedding, {}, {});
   return m;
 }

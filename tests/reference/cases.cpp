@@ -157,6 +157,15 @@ Character snake(const Target& target) {
   return b.fit(target);
 }
 
+std::vector<Case> made_cases(int resolution) {
+  std::vector<Case> made{{"spider in a ball", ball(resolution), {}}, {"humanoid in a box", box({0.15, 0.12, 0.25}, resolution), {}},
+                         {"snake in a U", u_shape(resolution), {}}};
+  made[0].character = spider(made[0].target);
+  made[1].character = humanoid(made[1].target);
+  made[2].character = snake(made[2].target);
+  return made;
+}
+
 Pose random_pose(const Character& character, Random& random, double spread) {
   Pose pose{Eigen::Isometry3d::Identity(), Eigen::VectorXd(character.angle_count)};
   for (int a = 0; a < 3; ++a) pose.root.translation()[a] = random.uniform(-spread, spread);
@@ -173,9 +182,9 @@ Morphology random_morphology(const Character& character, Random& random) {
   return morphology;
 }
 
-Embedding folded(const Character& character, const Target& target, int evaluations) {
+Embedding folded(const Character& character, const Target& target, unsigned seed, int evaluations) {
   EmbeddingOptions options;
-  options.seed = 1;
+  options.seed = seed;
   options.runs = 1;
   options.starts = 8;
   options.evaluations = evaluations;

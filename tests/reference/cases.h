@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "character/character.h"
 #include "embedding/cma_es.h"
@@ -32,10 +33,19 @@ Character spider(const Target& target);
 /// Seven bones end to end.
 Character snake(const Target& target);
 
+struct Case {
+  std::string name;
+  Target target;
+  Character character;
+};
+
+/// Three characters, in targets of which one has a gap that ways must go round.
+std::vector<Case> made_cases(int resolution);
+
 /// Root within the middle of the target, any rotation, angles over the hinges' ranges and a little beyond.
 Pose random_pose(const Character& character, Random& random, double spread);
 Morphology random_morphology(const Character& character, Random& random);
 /// What a short search gives: a fold like those that growth and folding get.
-Embedding folded(const Character& character, const Target& target, int evaluations = 1500);
+Embedding folded(const Character& character, const Target& target, unsigned seed = 1, int evaluations = 1500);
 
 }  // namespace transformables::reference

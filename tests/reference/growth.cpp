@@ -71,22 +71,21 @@ double eikonal(std::array<double, 3> nearest, double h) {
 
 constexpr int kSteps[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
 
-/// Distance of a sample next to the front, from where the front crosses the edges to its neighbours; infinity when none does.
+/// Distance of a sample next to the front from its own value and the slope there (Russo and Smereka 2000); infinity for all others. Projection
+/// against phi_0 cuts the values behind a front, so that interpolation along an edge would take the front back at every step, and fronts
+/// that run along the target's surface would crawl.
 double front_distance(const Grid<float>& phi, const Vec& c) {
   const double p = phi.at(c), h = phi.shape.step;
-  double inverse2 = 0;
+  double central2 = 0, steepest = 1e-6;
+  bool beside = false;
   for (int a = 0; a < 3; ++a) {
-    double along = std::numeric_limits<double>::infinity();
-    for (int s = 0; s < 2; ++s) {
-      const Vec n = c + Vec(kSteps[2 * a + s][0], kSteps[2 * a + s][1], kSteps[2 * a + s][2]);
-      if (!phi.shape.contains(n)) continue;
-      const double q = phi.at(n);
-      if ((p < 0) != (q < 0)) along = std::min(along, h * p / (p - q));
-    }
-    if (along < 1e-9 * h) return 0;
-    if (std::isfinite(along)) inverse2 += 1 / (along * along);
+    const Vec step(kSteps[2 * a][0], kSteps[2 * a][1], kSteps[2 * a][2]), low = c - step, high = c + step;
+    const double below = read(phi, low.x(), low.y(), low.z()), above = read(phi, high.x(), high.y(), high.z());
+    beside = beside || (below < 0) != (p < 0) || (above < 0) != (p < 0);
+    central2 += (above - below) * (above - below) / (4 * h * h);
+    steepest = std::max({steepest, std::abs(above - p) / h, std::abs(p - below) / h});
   }
-  return inverse2 > 0 ? 1 / std::sqrt(inverse2) : std::numeric_limits<double>::infinity();
+  return beside ? std::abs(p) / std::max(std::sqrt(central2), steepest) : std::numeric_limits<double>::infinity();
 }
 
 void project(std::vector<Grid<float>>& phi, const Grid<float>& outer) {
@@ -166,7 +165,7 @@ Growth grow(const Character& character, const Target& target, const Embedding& e
       for (const std::size_t v : target.inside) {
         const Vec cell = shape.cell(v);
         const float p = growth.phi[b][v];
-        float gap = -target.distance[v];
+        float gap = std::numeric_limits<float>::infinity();
         for (std::size_t o = 0; o < next.size(); ++o)
           if (o != b) gap = std::min(gap, growth.phi[o][v]);
         const double kappa = std::abs(p) < 1.5 * h ? derivatives(growth.phi[b], cell, 1).curvature : 0;

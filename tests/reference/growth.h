@@ -20,11 +20,11 @@ struct Growth {
 };
 
 /// Signed distance from the zero level of `phi`, by fast marching (Sethian 1995): upwind, first order, the samples next to
-/// the front by linear interpolation along the grid's edges.
+/// the front by their value over the slope, which leaves the zero where it is also where `phi` is no distance (Russo and Smereka 2000).
 void redistance(Grid<float>& phi);
 
 /// Eqs. 6 and 7 with the projection of Losasso et al. (2006). Two departures, both shared with the production code, without which the fronts
-/// drift (measured: thousands of stray pieces): the speed is capped by half the remaining gap, and where more than two level sets
+/// drift (measured: thousands of stray pieces): the speed is capped by half the gap that remains between two skins, and where more than two level sets
 /// overlap all are shifted by the mean of the two smallest. Ends when every inside sample is claimed, or nothing moves for 20 steps.
 Growth grow(const Character& character, const Target& target, const Embedding& embedding, const SegmentationOptions& options);
 

@@ -219,7 +219,7 @@ inline std::vector<float> interface_curvatures(const Segmentation& s, const Targ
     const Vector3i local = c - s.shape.nearest(phi.shape.origin);
     float around[27];
     for (int k = 0; k < 27; ++k) around[k] = phi.at(local + Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)) / float(s.shape.step);
-    found.push_back(std::abs(segmentation_inner::curvature({around + 13, 1, 3, 9})));
+    found.push_back(std::abs(segmentation_inner::curvature<1>({around + 13, 3, 9})[0]));
   }
   std::sort(found.begin(), found.end());
   return found;
