@@ -109,8 +109,8 @@ class CmaEs {
 
 std::string_view name(CmaEs::Stop stop);
 
-/// When to restart, and how big (BIPOP, Hansen 2009), for whoever has a single start; the search for poses has many (search.h). Populations that double take turns with small ones of random
-/// size and step, each regime getting about the same number of evaluations.
+/// When to restart, and how big (BIPOP, Hansen 2009): populations that double take turns with small ones of random size and step, each
+/// regime getting about the same number of evaluations. For whoever has a single start: the search for poses (search.h) has many instead.
 class BipopRestarts {
  public:
   struct Run {
