@@ -169,6 +169,12 @@ void CmaEs::set_constants() {  // tutorial, Table 1
   c_c_ = (4 + mu_eff_ / n) / (n + 4 + 2 * mu_eff_ / n);
   c_1_ = 2 / ((n + 1.3) * (n + 1.3) + mu_eff_);
   c_mu_ = std::min(1 - c_1_, 2 * (0.25 + mu_eff_ - 2 + 1 / mu_eff_) / ((n + 2) * (n + 2) + mu_eff_));
+  if (options_.diagonal) {  // rates as pycma has them: n numbers to learn, not n squared
+    const double root = std::sqrt(n);
+    c_c_ = (1 + 1 / n + mu_eff_ / n) / (root + 1 / n + 2 * mu_eff_ / n);
+    c_1_ = 1 / (n + 2 * root + mu_eff_ / n);
+    c_mu_ = std::min(1 - c_1_, (0.25 + mu_eff_ - 2 + 1 / mu_eff_) / (n + 4 * root + mu_eff_ / 2));
+  }
   const double scale = std::min({1 + c_1_ / c_mu_, 1 + 2 * mu_eff_negative / (mu_eff_ + 2), (1 - c_1_ - c_mu_) / (n * c_mu_)});
   weights_ = w;
   weights_.head(parents_) = positive / positive.sum();
@@ -215,7 +221,7 @@ void CmaEs::tell(const Eigen::VectorXd& values) {
   path_c_ = (1 - c_c_) * path_c_ + h_sigma * std::sqrt(c_c_ * (2 - c_c_) * mu_eff_) * mean_step;
   update_covariance(ranked, h_sigma);
   sigma_ *= std::exp(std::min(1.0, c_sigma_ / d_sigma_ * (norm / expected_norm_ - 1)));
-  if (double(generation_ - decomposed_at_) > 1 / (10 * n * (c_1_ + c_mu_))) decompose();
+  if (options_.diagonal || double(generation_ - decomposed_at_) > 1 / (10 * n * (c_1_ + c_mu_))) decompose();
   remember(sorted);
   stop_ = check(sorted);
 }
@@ -236,6 +242,11 @@ void CmaEs::update_covariance(const Eigen::MatrixXd& steps, double h_sigma) {
 
 void CmaEs::decompose() {
   decomposed_at_ = generation_;
+  if (options_.diagonal) {
+    covariance_ = Eigen::MatrixXd(covariance_.diagonal().asDiagonal());
+    axis_lengths_ = covariance_.diagonal().cwiseSqrt();  // not a number where it is not positive: `check` reports it
+    return;
+  }
   covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance_);
   if (solver.info() != Eigen::Success || !(solver.eigenvalues()[0] > 0)) {
@@ -278,6 +289,7 @@ void CmaEs::visit(Archive& archive) {
   bits(archive, options_.seed);
   whole(archive, options_.population);
   whole(archive, options_.active);
+  whole(archive, options_.diagonal);
   archive(options_.tol_fun);
   archive(options_.tol_x);
   archive(options_.largest_condition);

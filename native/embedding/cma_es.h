@@ -41,6 +41,7 @@ class CmaEs {
     int population = 0;                        ///< samples a generation; 0: 4 + floor(3 ln n)
     std::uint64_t seed = 0;
     bool active = true;                        ///< let bad samples shrink the covariance (negative weights)
+    bool diagonal = false;                     ///< adapt the unknowns' variances alone, about n times faster than how they vary together (Ros and Hansen 2008)
     double tol_fun = 1e-11;                    ///< stop when values of the last generations differ by less
     double tol_x = 1e-11;                      ///< stop when every step is shorter, times the first sigma
     double largest_condition = 1e14;           ///< of the covariance
@@ -108,8 +109,8 @@ class CmaEs {
 
 std::string_view name(CmaEs::Stop stop);
 
-/// When to restart, and how big (BIPOP, Hansen 2009): populations that double take turns with small ones of random
-/// size and step, each regime getting about the same number of evaluations.
+/// When to restart, and how big (BIPOP, Hansen 2009): populations that double take turns with small ones of random size and step, each
+/// regime getting about the same number of evaluations. For whoever has a single start: the search for poses (search.h) has many instead.
 class BipopRestarts {
  public:
   struct Run {

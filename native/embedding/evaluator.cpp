@@ -84,7 +84,12 @@ Evaluation Evaluator::without_flood(const Pose& pose, const Morphology& morpholo
 
 Evaluation Evaluator::operator()(const Pose& pose, const Morphology& morphology) {
   Evaluation result = without_flood(pose, morphology);
-  ObjectiveTerms& terms = result.terms;
+  add_flood(pose, result);
+  return result;
+}
+
+void Evaluator::add_flood(const Pose& pose, Evaluation& evaluation) {
+  ObjectiveTerms& terms = evaluation.terms;
   if (plant_seeds()) {
     flood(*voxels_, field_.data(), rows_);
     add_boundaries(pose, terms);
@@ -96,7 +101,6 @@ Evaluation Evaluator::operator()(const Pose& pose, const Morphology& morphology)
   terms.total = weights_.compact * terms.compact + weights_.skin * terms.skin + weights_.skeleton * terms.skeleton +
                 weights_.protrude * terms.protrude + weights_.limits * terms.limits + weights_.morphology * terms.morphology;
   if (weights_.unfold > 0) terms.total += weights_.unfold * terms.unfold;
-  return result;
 }
 
 void Evaluator::add_limits(const Pose& pose, ObjectiveTerms& terms) const {

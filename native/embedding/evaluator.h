@@ -29,8 +29,10 @@ class Evaluator {
   /// @param pose, morphology  of the character's sizes
   Evaluation operator()(const Pose& pose, const Morphology& morphology);
 
-  /// The cheap terms alone (compact and skin stay 0): no flood.
+  /// The cheap terms alone (compact, skin, unfold and the total stay 0): no flood.
   Evaluation without_flood(const Pose& pose, const Morphology& morphology);
+  /// The rest, when `without_flood` was called last, and with this pose.
+  void add_flood(const Pose& pose, Evaluation& evaluation);
 
   /// Bone at each sample of target.distance after a whole evaluation, -1 outside.
   void read_labels(std::vector<std::int16_t>& labels) const;

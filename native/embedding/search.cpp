@@ -27,8 +27,11 @@ constexpr int kRestarts = 2;             // of a run that converged before its b
 // longer runs, and fewer of them.
 constexpr std::size_t kPromising = 3, kGood = 8;
 constexpr int kPosesTried = 16;          // random poses for each start, before any search
-constexpr long kShortRun = 300, kMiddleRun = 900, kLongRun = 2500;
+constexpr long kShortRun = 300, kMiddleRun = 900, kLongRun = 2000;
 constexpr int kRoughVoxels = 32;         // along the target's longest side, for the first rounds
+// In the first rounds a pose that sticks out or collides by more than this is not flooded, and so is looked at in a sixth of the time. Most of
+// what those rounds try is so far out; what its other terms would be hardly changes its rank. Instead of them it has kUnseen.
+constexpr double kFarOut = 500, kUnseen = 250;
 constexpr double kTouching = 0.1;        // steps: what is less deep in one another does not count as a collision
 constexpr std::size_t kRoughFew = 3000;  // voxels: with more, one in five is a boundary sample
 
@@ -90,7 +93,12 @@ double Search::pin_error(const Skeleton& skeleton) const {
 double Search::value_of(Worker& worker, const Job& job) const {
   unknowns_.read(job.y, job.start, worker.pose, worker.morphology);
   Evaluator& evaluator = rough_ ? worker.coarse : worker.fine;
-  return value_of(evaluator(worker.pose, worker.morphology), evaluator.skeleton());
+  Evaluation evaluation = evaluator.without_flood(worker.pose, worker.morphology);
+  if (rough_ && kFeasibility * evaluation.violation > kFarOut)
+    evaluation.terms.total = kUnseen;
+  else
+    evaluator.add_flood(worker.pose, evaluation);
+  return value_of(evaluation, evaluator.skeleton());
 }
 
 double Search::value_of(const Evaluation& evaluation, const Skeleton& skeleton) const {
@@ -123,6 +131,7 @@ CmaEs Search::optimiser(const Eigen::VectorXd& mean, double sigma, int populatio
   CmaEs::Options options;
   options.population = population;
   options.seed = options_.seed * 1000003 + stream;
+  options.diagonal = wide_;  // as long as runs are, they can't learn more
   options.tol_fun = 1e-3;
   options.tol_x = 1e-3;
   return CmaEs(mean, sigma, options);
@@ -276,6 +285,7 @@ void Search::finish(std::vector<Run>& finalists, std::vector<Run>& ended, const 
 
 std::vector<Embedding> Search::wide(int count, double least_difference, const Hear& found) {
   least_difference_ = least_difference;
+  wide_ = true;
   const long bound = options_.evaluations;
   const auto within = [&](long length) { return std::min(long(breadth() * double(length)), bound); };
   const auto together = std::size_t(options_.runs), finalists = std::max(together, std::size_t(count) * 3 / 2);

@@ -5,8 +5,9 @@ namespace transformables {
 namespace {
 
 template <class Function>
-long evaluations_until(Function f, int n, double goal, long bound, std::uint64_t seed) {
+long evaluations_until(Function f, int n, double goal, long bound, std::uint64_t seed, bool diagonal = false) {
   CmaEs::Options options;
+  options.diagonal = diagonal;
   options.seed = seed;
   CmaEs cma(VectorXd::Constant(n, 0.7), 0.5, options);
   while (cma.best_value() > goal && cma.evaluations() < bound && cma.stop() == CmaEs::Stop::kNone) {
@@ -44,6 +45,14 @@ TEST(CmaEs, ReachesTheOptimumOfStandardFunctionsInTheExpectedNumberOfEvaluations
   EXPECT_GE(solved, 3);
 }
 
+TEST(CmaEs, ThatLearnsVariancesAloneIsFarSoonerWhereUnknownsDoNotGoTogether) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const long alone = evaluations_until(ellipsoid, 20, 1e-9, 40000, seed, true), together = evaluations_until(ellipsoid, 20, 1e-9, 40000, seed);
+    EXPECT_LT(2 * alone, together);
+    EXPECT_LT(evaluations_until(sphere, 20, 1e-9, 40000, seed, true), 5000);
+  }
+}
+
 TEST(CmaEs, WithBipopRestartsFindsTheBestOfManyMinima) {
   BipopRestarts restarts(5, 7);
   Random random(7);
@@ -71,26 +80,29 @@ TEST(CmaEs, WithBipopRestartsFindsTheBestOfManyMinima) {
 }
 
 TEST(CmaEs, GoesOnFromASavedStateExactlyAsItWouldHave) {
-  CmaEs::Options options;
-  options.seed = 11;
-  CmaEs cma(VectorXd::Constant(6, 1.0), 0.5, options);
-  const auto advance = [](CmaEs& c, int generations) {
-    for (int g = 0; g < generations; ++g) {
-      const Eigen::MatrixXd& samples = c.ask();
-      VectorXd values(samples.cols());
-      for (Eigen::Index k = 0; k < samples.cols(); ++k) values[k] = ellipsoid(samples.col(k));
-      c.tell(values);
-    }
-  };
-  advance(cma, 25);
-  CmaEs copy = cma, restored = CmaEs::restored(cma.save());
-  advance(cma, 25);
-  advance(copy, 25);
-  advance(restored, 25);
-  EXPECT_EQ(cma.mean(), copy.mean());
-  EXPECT_EQ(cma.mean(), restored.mean());
-  EXPECT_EQ(cma.sigma(), restored.sigma());
-  EXPECT_EQ(cma.save(), restored.save());
+  for (const bool diagonal : {false, true}) {
+    CmaEs::Options options;
+    options.seed = 11;
+    options.diagonal = diagonal;
+    CmaEs cma(VectorXd::Constant(6, 1.0), 0.5, options);
+    const auto advance = [](CmaEs& c, int generations) {
+      for (int g = 0; g < generations; ++g) {
+        const Eigen::MatrixXd& samples = c.ask();
+        VectorXd values(samples.cols());
+        for (Eigen::Index k = 0; k < samples.cols(); ++k) values[k] = ellipsoid(samples.col(k));
+        c.tell(values);
+      }
+    };
+    advance(cma, 25);
+    CmaEs copy = cma, restored = CmaEs::restored(cma.save());
+    advance(cma, 25);
+    advance(copy, 25);
+    advance(restored, 25);
+    EXPECT_EQ(cma.mean(), copy.mean());
+    EXPECT_EQ(cma.mean(), restored.mean());
+    EXPECT_EQ(cma.sigma(), restored.sigma());
+    EXPECT_EQ(cma.save(), restored.save());
+  }
 }
 
 TEST(CmaEs, StopsWhenNothingGetsBetter) {
