@@ -1,6 +1,7 @@
 #include "finishing/carve.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <limits>
@@ -23,9 +24,11 @@ struct Nearest {
   std::int32_t where = 0;
 };
 
-Nearest nearest(const PartField& part, const Bricks& bricks, const Swept& swept, const Lattice& lattice, double gap) {
+double window_of(const Lattice& lattice, double gap) { return gap / 2 + kWindow * lattice.step(); }
+
+Nearest nearest(const PartField& part, const Bricks& bricks, const Swept& swept, double window_width) {
   Nearest best;
-  const float window = float(gap / 2 + kWindow * lattice.step());
+  const float window = float(window_width);
   for (std::size_t n = 0; n < swept.least.size(); ++n)
     if (const float own = part.bound(bricks.samples[n]); swept.least[n] < window && own < window && own + swept.least[n] < best.gap)
       best = {own + swept.least[n], swept.where[n]};
@@ -50,7 +53,7 @@ std::vector<char> mask_around(const PartField& part, const std::vector<Eigen::Ve
 
 /// What a part would be after giving way.
 struct Trial {
-  Grid<float> inner, psi;
+  Grid<float> psi;
   double lost = 0;          ///< samples, those near the outer surface twice
   std::size_t dropped = 0;  ///< samples of pieces cut off
 };
@@ -60,15 +63,11 @@ float given_way(float value, float swept, float core, float gap, bool shielded) 
   return shielded ? std::min(moved, std::max(core, value)) : moved;
 }
 
-double weight_of(const PartField& part, const Grid<float>& psi, const Lattice& lattice) {
-  const float near = float(-2 * lattice.step());
+double weight_lost(const PartField& part, const Grid<float>& psi) {
+  const float near = -2 * float(part.shape().step);
   double weight = 0;
-  std::size_t n = 0;
-  const Eigen::Vector3i size = part.shape().size;
-  for (int k = 0; k < size.z(); ++k)
-    for (int j = 0; j < size.y(); ++j)
-      for (int i = 0; i < size.x(); ++i, ++n)
-        if (psi[n] < 0) weight += lattice.outer.at(part.corner + Eigen::Vector3i(i, j, k)) > near ? 2 : 1;
+  for (std::size_t n = 0; n < psi.values.size(); ++n)
+    if (part.psi[n] < 0 && !(psi[n] < 0)) weight += part.away[n].outer > near ? 2 : 1;
   return weight;
 }
 
@@ -78,32 +77,37 @@ struct Manner {
   bool exact = false;   ///< beside what goes, a part's distance takes the place of its inner field, which may be steeper and so hide what is too near
 };
 
-Trial try_carving(const PartField& part, const Bricks& bricks, const Swept& swept, const Lattice& lattice, const Manner& manner, bool shielded) {
-  Trial trial;
-  trial.inner = part.inner;
-  trial.psi = part.psi;
-  const float gap = float(manner.gap), beside = gap + float(lattice.step());
+/// Calls f(sample, new value of the inner field) for all samples that others come near.
+template <class F>
+void for_each_given(const PartField& part, const Bricks& bricks, const Swept& swept, const Manner& manner, bool shielded, F&& f) {
+  const float gap = float(manner.gap), beside = gap + float(part.shape().step);
   for (std::size_t n = 0; n < swept.least.size(); ++n) {
     if (swept.least[n] >= swept.reach) continue;
     const std::uint32_t at = bricks.samples[n];
-    const float value = manner.exact && swept.least[n] < beside ? part.distance[at] : part.inner[at];
-    trial.inner[at] = given_way(value, swept.least[n], part.core[at], gap, shielded);
-    trial.psi[at] = std::max(trial.inner[at], part.outer[at]);
+    const float value = manner.exact && swept.least[n] < beside ? part.away[at].inner : part.inner[at];
+    f(n, at, given_way(value, swept.least[n], part.core[at], gap, shielded));
   }
+}
+
+Trial try_carving(const PartField& part, const Bricks& bricks, const Swept& swept, const Manner& manner, bool shielded) {
+  Trial trial;
+  trial.psi = part.psi;
+  for_each_given(part, bricks, swept, manner, shielded, [&](std::size_t, std::uint32_t at, float inner) {
+    trial.psi[at] = std::max(inner, part.away[at].outer);
+  });
   trial.dropped = keep_core_piece(trial.psi, part.core);
-  trial.lost = weight_of(part, part.psi, lattice) - weight_of(part, trial.psi, lattice);
+  trial.lost = weight_lost(part, trial.psi);
   return trial;
 }
 
-void apply(PartField& part, const Bricks& bricks, Trial&& trial, const Swept& swept, float gap, bool shielded) {
-  for (std::size_t n = 0; n < swept.least.size(); ++n) {
-    if (swept.least[n] >= swept.reach) continue;
-    const std::uint32_t at = bricks.samples[n];
-    part.distance[at] = given_way(part.distance[at], swept.least[n], part.core[at], gap, shielded);
-    part.psi[at] = std::max(trial.inner[at], part.outer[at]);
+void apply(PartField& part, const Bricks& bricks, Trial&& trial, const Swept& swept, const Manner& manner, bool shielded) {
+  const float gap = float(manner.gap);
+  for_each_given(part, bricks, swept, manner, shielded, [&](std::size_t n, std::uint32_t at, float inner) {
+    part.away[at].inner = given_way(part.away[at].inner, swept.least[n], part.core[at], gap, shielded);
+    part.inner[at] = inner;
+    part.psi[at] = std::max(inner, part.away[at].outer);
     if (!shielded) part.core[at] = std::max(part.core[at], gap - swept.least[n]);
-  }
-  part.inner = std::move(trial.inner);
+  });
   if (trial.dropped == 0) return;
   // Dropped pieces are no longer there to keep others away.
   adopt(part, std::move(trial.psi));
@@ -116,6 +120,12 @@ struct Side {
   const Bricks* bricks = nullptr;
 };
 
+/// What parts lost, by bone.
+struct Losses {
+  std::vector<std::size_t>& dropped;   ///< samples of pieces that were cut off
+  std::vector<char> changed;           ///< flags
+};
+
 class PairCarver {
  public:
   PairCarver(const Scene& scene, const MoveMotion& motion, Side a, Side b, Manner manner)
@@ -123,36 +133,42 @@ class PairCarver {
     if (b.part->shape().count() < a.part->shape().count()) std::swap(a_, b_);
   }
 
-  /// Makes the pair free of collisions in this move; false when it was already.
-  bool resolve(std::vector<std::size_t>& dropped) {
-    const Swept into_a = swept(a_, b_);
-    if (!collide(a_, into_a)) return false;
-    const Swept into_b = swept(b_, a_);
-    Trial trial_a = trial(a_, into_a, true), trial_b = trial(b_, into_b, true);
+  /// Makes the pair free of collisions in this move.
+  void resolve(Losses& losses) {
+    if (!collide(a_, b_)) return;
+    Swept into_a, into_b;
+    Trial trial_a, trial_b;
+    const auto go = [&](const Side& side, const Side& other, Swept& into, Trial& trial) {
+      into = swept(side, other, reach_of(lattice_, manner_.gap));
+      trial = try_carving(*side.part, *side.bricks, into, manner_, true);
+    };
+    tbb::parallel_invoke([&] { go(a_, b_, into_a, trial_a); }, [&] { go(b_, a_, into_b, trial_b); });
     const bool a_yields = trial_a.lost <= trial_b.lost;
     const Side &loser = a_yields ? a_ : b_, &winner = a_yields ? b_ : a_;
-    take(loser, a_yields ? std::move(trial_a) : std::move(trial_b), a_yields ? into_a : into_b, true, dropped);
-    // What is left colliding is the loser's core, to which the winner's skin gives way, and at last core against core.
-    yield(winner, loser, true, dropped);
-    yield(loser, winner, false, dropped);
-    return true;
+    take(loser, a_yields ? std::move(trial_a) : std::move(trial_b), a_yields ? into_a : into_b, true, losses);
+    // What is left colliding is mostly the loser's core, to which the winner's skin gives way, and at last core against core.
+    yield(winner, loser, true, losses);
+    yield(loser, winner, false, losses);
   }
 
  private:
-  Swept swept(const Side& a, const Side& b) const {
-    return sweep(*a.part, *a.bricks, *b.part, PairConfigurations(motion_, *a.part, *b.part), lattice_.cover, reach_of(lattice_, manner_.gap));
+  Swept swept(const Side& a, const Side& b, double reach) const {
+    return sweep(*a.part, *a.bricks, *b.part, PairConfigurations(motion_, *a.part, *b.part), lattice_.cover, reach);
   }
-  bool collide(const Side& side, const Swept& s) const {
-    return nearest(*side.part, *side.bricks, s, lattice_, manner_.gap).gap < manner_.gap - kNoise * lattice_.step();
+  /// Looks only at places between the two.
+  bool collide(const Side& side, const Side& other) const {
+    const double window = window_of(lattice_, manner_.gap);
+    return nearest(*side.part, *side.bricks, swept(side, other, window), window).gap < manner_.gap - kNoise * lattice_.step();
   }
-  Trial trial(const Side& side, const Swept& s, bool shielded) const { return try_carving(*side.part, *side.bricks, s, lattice_, manner_, shielded); }
-  void take(const Side& side, Trial&& done, const Swept& s, bool shielded, std::vector<std::size_t>& dropped) const {
-    dropped[side.part->bone] += done.dropped;
-    apply(*side.part, *side.bricks, std::move(done), s, float(manner_.gap), shielded);
+  void take(const Side& side, Trial&& done, const Swept& s, bool shielded, Losses& losses) const {
+    losses.dropped[std::size_t(side.part->bone)] += done.dropped;
+    losses.changed[std::size_t(side.part->bone)] = 1;
+    apply(*side.part, *side.bricks, std::move(done), s, manner_, shielded);
   }
-  void yield(const Side& side, const Side& other, bool shielded, std::vector<std::size_t>& dropped) const {
-    const Swept s = swept(side, other);
-    if (collide(side, s)) take(side, trial(side, s, shielded), s, shielded, dropped);
+  void yield(const Side& side, const Side& other, bool shielded, Losses& losses) const {
+    if (!collide(side, other)) return;
+    const Swept s = swept(side, other, reach_of(lattice_, manner_.gap));
+    take(side, try_carving(*side.part, *side.bricks, s, manner_, shielded), s, shielded, losses);
   }
 
   const Lattice& lattice_;
@@ -177,6 +193,20 @@ std::vector<std::pair<int, int>> near_pairs(const MoveMotion& motion, const std:
   for (int n = 0; n < count * count; ++n)
     if (near[n]) pairs.emplace_back(n / count, n % count);
   return pairs;
+}
+
+/// Calls f(pair) for all pairs as if one after the other: those that share no part go on at the same time.
+template <class F>
+void for_each_in_turn(const std::vector<std::pair<int, int>>& pairs, std::size_t parts, F&& f) {
+  std::vector<std::vector<std::pair<int, int>>> rounds;
+  std::vector<std::size_t> free_from(parts, 0);   // for each part, the round from which on it is free
+  for (const auto& [a, b] : pairs) {
+    const std::size_t round = std::max(free_from[std::size_t(a)], free_from[std::size_t(b)]);
+    if (round == rounds.size()) rounds.emplace_back();
+    rounds[round].emplace_back(a, b);
+    free_from[std::size_t(a)] = free_from[std::size_t(b)] = round + 1;
+  }
+  for (const auto& round : rounds) tbb::parallel_for(std::size_t(0), round.size(), [&](std::size_t n) { f(round[n]); });
 }
 
 std::vector<Bricks> all_bricks(const std::vector<PartField>& parts, double reach) {
@@ -210,15 +240,18 @@ double overlap_at(const PartField& a, const PartField& b, const PairConfiguratio
 void carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, const Progress& progress) {
   const double reach = reach_of(scene.lattice, scene.lattice.gap);
   const std::vector<Bricks> bricks = all_bricks(parts, reach);
+  Losses losses{dropped, std::vector<char>(parts.size(), 0)};
   for_each_move(scene, parts, reach, progress, "carving along the path", [&](std::size_t, const MoveMotion& motion, const auto& pairs) {
-    for (const auto& [a, b] : pairs)
-      PairCarver(scene, motion, {&parts[a], &bricks[a]}, {&parts[b], &bricks[b]}, {scene.lattice.gap, false}).resolve(dropped);
+    for_each_in_turn(pairs, parts.size(), [&](const auto& pair) {
+      const auto [a, b] = pair;
+      PairCarver(scene, motion, {&parts[a], &bricks[a]}, {&parts[b], &bricks[b]}, {scene.lattice.gap, false}).resolve(losses);
+    });
   });
 }
 
 std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::vector<PartField>& parts, std::vector<std::size_t>& dropped,
                               const Progress& progress) {
-  std::vector<char> changed(parts.size(), 0);
+  Losses losses{dropped, std::vector<char>(parts.size(), 0)};
   double extra = 0;
   for (const auto& [pair, demand] : demands) extra = std::max(extra, demand.extra);
   const double reach = reach_of(scene.lattice, scene.lattice.gap + extra);
@@ -228,15 +261,16 @@ std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::v
     around[pair] = {bricks_of(a, reach, mask_around(a, demand.on_a)), bricks_of(b, reach, mask_around(b, demand.on_b))};
   }
   for_each_move(scene, parts, reach, progress, "carving where parts are too near", [&](std::size_t, const MoveMotion& motion, const auto& pairs) {
-    for (const auto& [a, b] : pairs) {
-      const auto found = demands.find({a, b});
-      if (found == demands.end()) continue;
-      const auto& [on_a, on_b] = around.at({a, b});
+    for_each_in_turn(pairs, parts.size(), [&](const auto& pair) {
+      const auto found = demands.find(pair);
+      if (found == demands.end()) return;
+      const auto [a, b] = pair;
+      const auto& [on_a, on_b] = around.at(pair);
       const Manner manner{scene.lattice.gap + found->second.extra, true};
-      if (PairCarver(scene, motion, {&parts[a], &on_a}, {&parts[b], &on_b}, manner).resolve(dropped)) changed[a] = changed[b] = 1;
-    }
+      PairCarver(scene, motion, {&parts[a], &on_a}, {&parts[b], &on_b}, manner).resolve(losses);
+    });
   });
-  return changed;
+  return std::move(losses.changed);
 }
 
 Measured measure(const Scene& scene, const std::vector<PartField>& parts, const Progress& progress) {
@@ -249,7 +283,7 @@ Measured measure(const Scene& scene, const std::vector<PartField>& parts, const 
       const PartField &a = parts[swap ? j : i], &b = parts[swap ? i : j];
       const Bricks& of_a = bricks[swap ? j : i];
       const PairConfigurations configurations(motion, a, b);
-      const Nearest found = nearest(a, of_a, sweep(a, of_a, b, configurations, scene.lattice.cover, reach), scene.lattice, gap);
+      const Nearest found = nearest(a, of_a, sweep(a, of_a, b, configurations, scene.lattice.cover, reach), window_of(scene.lattice, gap));
       measured.least_gap = std::min(measured.least_gap, double(found.gap));
       if (found.gap >= 0) continue;
       measured.collisions.push_back({std::min(a.bone, b.bone), std::max(a.bone, b.bone), m, double(found.where) / motion.last(),

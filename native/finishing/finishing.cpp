@@ -175,14 +175,14 @@ void Finisher::carve_all() {
     refresh(fields_[n]);
   });
   carve(scene_, fields_, dropped_, stage(progress_, 0.1, 0.45));
+  const std::vector<char> all(fields_.size(), 1);
+  refresh(fields_, all);
   if (scene_.options.style == Style::kSolid) {  // a shell is hollow on purpose, and its walls are thin
     refill(scene_, fields_, stage(progress_, 0.45, 0.55));
     tbb::parallel_for(std::size_t(0), fields_.size(), [&](std::size_t n) { take_thin(fields_[n], kThinnest); });
   }
-  const std::vector<char> all(fields_.size(), 1);
-  std::vector<char> carved = all;
-  fill_hollows(fields_, scene_.character, carved, warnings_);
-  refresh(fields_, all);
+  std::vector<char> changed = all;
+  fill_hollows(fields_, scene_.character, changed, warnings_);
 }
 
 void Finisher::prove(double from, double to) {

@@ -21,7 +21,7 @@ Grid<float> cutter(const PartField& part) {
   const float step = float(part.shape().step);
   const Eigen::Array3i last = part.shape().size.array() - 1;
   for (std::size_t n = 0; n < field.values.size(); ++n) {
-    field[n] = std::max(field[n], part.outer[n] - kBeyond * step);
+    field[n] = std::max(field[n], part.away[n].outer - kBeyond * step);
     const Eigen::Array3i c = part.shape().cell(n).array();
     if ((c == 0).any() || (c == last).any()) field[n] = std::max(field[n], 1e-3f * step);
   }

@@ -23,11 +23,23 @@ struct Drift {
   double loss;   ///< half the largest acceleration times the square of the time
 };
 
-/// Least value along `n` (a direction that stays with the other part) that a box's points take at `time` from the middle.
-double least_of_box(const Vector3d& n, const Vector3d& centre, const Eigen::Matrix3d& axes, const Vector3d& half, const Drift& drift, double time) {
-  const Vector3d slope = n + time * n.cross(drift.spin);
-  return slope.dot(centre) + time * n.dot(drift.shift) - half.dot((axes.transpose() * slope).cwiseAbs());
-}
+/// Least value along `n` (a direction that stays with the other part) that a box's points take at a time from the middle.
+class LeastOfBox {
+ public:
+  LeastOfBox(const Vector3d& n, const Vector3d& centre, const Eigen::Matrix3d& axes, const Vector3d& half, const Drift& drift) : half_(half) {
+    const Vector3d turned = n.cross(drift.spin);
+    middle_ = n.dot(centre);
+    rate_ = turned.dot(centre) + n.dot(drift.shift);
+    slope_.noalias() = axes.transpose() * n;
+    slope_rate_.noalias() = axes.transpose() * turned;
+  }
+  double operator()(double time) const { return middle_ + time * rate_ - half_.dot((slope_ + time * slope_rate_).cwiseAbs()); }
+
+ private:
+  const Vector3d& half_;
+  double middle_, rate_;
+  Vector3d slope_, slope_rate_;   // along the box's axes
+};
 
 double least_of_triangle(const Vector3d& n, const Triangle& t, const Drift& drift, double time) {
   const Vector3d slope = n + time * n.cross(drift.spin);
@@ -129,14 +141,14 @@ bool PairProof::boxes(int ia, int ib, int span) {
   for (int k = 0; k < 3; ++k) {
     const Vector3d n = between.dot(b.axes.col(k)) < 0 ? Vector3d(-b.axes.col(k)) : Vector3d(b.axes.col(k));
     const double wall = n.dot(b.centre) + b.half[k];
-    if (settle(std::min(least_of_box(n, centre, axes, a.half, of_a, h), least_of_box(n, centre, axes, a.half, of_a, -h)) - wall - of_a.loss))
-      return true;
-    still = std::max(still, least_of_box(n, centre, axes, a.half, of_a, 0) - wall);
+    const LeastOfBox least_of_a(n, centre, axes, a.half, of_a);
+    if (settle(std::min(least_of_a(h), least_of_a(-h)) - wall - of_a.loss)) return true;
+    still = std::max(still, least_of_a(0) - wall);
     const Vector3d m = between.dot(axes.col(k)) < 0 ? Vector3d(axes.col(k)) : Vector3d(-axes.col(k));
     const double other = m.dot(centre) + a.half[k];
-    if (settle(std::min(least_of_box(m, b.centre, b.axes, b.half, of_b, h), least_of_box(m, b.centre, b.axes, b.half, of_b, -h)) - other - of_b.loss))
-      return true;
-    still = std::max(still, least_of_box(m, b.centre, b.axes, b.half, of_b, 0) - other);
+    const LeastOfBox least_of_b(m, b.centre, b.axes, b.half, of_b);
+    if (settle(std::min(least_of_b(h), least_of_b(-h)) - other - of_b.loss)) return true;
+    still = std::max(still, least_of_b(0) - other);
   }
   if (travel > 0 && (still - kRounding >= wanted() || travel > kBalance * std::max(a.radius, b.radius))) {
     const int first = halves_of(span);

@@ -226,10 +226,11 @@ struct Maker {
     if (tight.empty()) tight.extend(field.corner);
     const SampleBox box = tight.grown(kMargin, lattice.outer.shape);
     Grid<float> inner = grid_over(box, lattice.outer.shape, kFar);
-    field.core = field.outer = field.psi = inner;
+    field.core = field.psi = inner;
+    field.away = Grid<Away>(inner.shape, {kFar, kFar});
     for_each_sample(box, [&](const Eigen::Vector3i& c, std::size_t n) {
       const Eigen::Vector3i local = c - field.corner;
-      field.outer[n] = lattice.outer.at(c);
+      field.away[n].outer = lattice.outer.at(c);
       if (!field.inner.shape.contains(local)) return;
       inner[n] = field.inner.at(local);
       field.core[n] = whole_core.at(local);
@@ -249,16 +250,16 @@ float taken_below(const PartField& part, std::size_t n) {
     Eigen::Vector3i low = c, high = c;
     low[axis] = std::max(low[axis] - 1, 0);
     high[axis] = std::min(high[axis] + 1, s.size[axis] - 1);
-    slope[axis] = part.outer.at(high) - part.outer.at(low);
+    slope[axis] = part.away.at(high).outer - part.away.at(low).outer;
   }
   if (!(slope.norm() > 0)) return 0;
-  const Eigen::Vector3f p = c.cast<float>() - (part.outer[n] / step + kDepth) * slope.normalized();
+  const Eigen::Vector3f p = c.cast<float>() - (part.away[n].outer / step + kDepth) * slope.normalized();
   const Eigen::Vector3i base = p.array().floor().matrix().cast<int>();
   const Eigen::Vector3f t = p - base.cast<float>();
   float sum = 0, weights = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const Eigen::Vector3i d(corner & 1, corner >> 1 & 1, corner >> 2 & 1), q = base + d;
-    if (!s.contains(q) || part.outer.at(q) >= 0) continue;
+    if (!s.contains(q) || part.away.at(q).outer >= 0) continue;
     const float w = (d.x() ? t.x() : 1 - t.x()) * (d.y() ? t.y() : 1 - t.y()) * (d.z() ? t.z() : 1 - t.z());
     const std::size_t at = s.index(q);
     const auto clamped = [&](float v) { return std::clamp(v, -kBand * step, kBand * step); };
@@ -279,12 +280,15 @@ void adopt(PartField& part, Grid<float> psi) {
 void refresh(PartField& part) {
   const float step = float(part.shape().step);
   for (std::size_t n = 0; n < part.inner.values.size(); ++n)
-    if (part.outer[n] >= 0 && part.outer[n] < kOutside * step) {
+    if (const float out = part.away[n].outer; out >= 0 && out < kOutside * step) {
       const float taken = taken_below(part, n);
       if (taken > 0) part.inner[n] = std::max(part.inner[n], std::clamp(part.uncarved[n], -kBand * step, kBand * step) + taken);
     }
-  for (std::size_t n = 0; n < part.psi.values.size(); ++n) part.psi[n] = std::max(part.inner[n], part.outer[n]);
-  part.distance = redistanced(part.inner);
+  const Grid<float> distance = redistanced(part.inner);
+  for (std::size_t n = 0; n < part.psi.values.size(); ++n) {
+    part.psi[n] = std::max(part.inner[n], part.away[n].outer);
+    part.away[n].inner = distance[n];
+  }
 }
 
 Lattice make_lattice(const Target& target, const FinishingOptions& options) {
@@ -299,8 +303,9 @@ Lattice make_lattice(const Target& target, const FinishingOptions& options) {
   Lattice lattice;
   lattice.outer = signed_distance(target, shape);
   lattice.scale = target.scale;
-  lattice.cover = std::clamp(options.clearance / 4, step / 16, step / 8);
-  lattice.gap = options.clearance + lattice.cover;
+  // Between two configurations parts may come nearer than at them, by the cover: three quarters of the clearance are kept all the same.
+  lattice.cover = std::clamp(options.clearance / 2, step / 16, step / 8);
+  lattice.gap = options.clearance + std::max(lattice.cover / 2, lattice.cover - options.clearance / 4);
   return lattice;
 }
 

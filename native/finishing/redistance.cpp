@@ -10,22 +10,23 @@ namespace transformables::finishing {
 namespace {
 
 constexpr float kFar = 1e9f;
+constexpr float kDeepest = 4;     ///< steps: deeper inside nobody asks how deep
+constexpr float kFarthest = 20;   ///< steps: farther away a lower bound does as well
+
+bool differ(float a, float b) { return (a < 0) != (b < 0); }
 
 /// Distance to the surface of a sample beside it, in steps, from where the axes cross it; kFar when it is not beside it.
-float beside_surface(const Grid<float>& psi, int i, int j, int k) {
-  const GridShape& s = psi.shape;
-  const std::size_t here = s.index(i, j, k);
-  const std::array<std::size_t, 3> stride{1, std::size_t(s.size.x()), std::size_t(s.size.x()) * s.size.y()};
-  const std::array<int, 3> at{i, j, k};
-  const float value = psi[here];
+/// @param v     the sample's value
+/// @param low, high  along each axis, whether there is a neighbour below, above
+float beside_surface(const float* v, const std::array<std::size_t, 3>& stride, const std::array<bool, 3>& low, const std::array<bool, 3>& high) {
   float sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
     float nearest = kFar;
     const auto look = [&](float other) {
-      if ((value < 0) != (other < 0)) nearest = std::min(nearest, value / (value - other));
+      if (differ(*v, other)) nearest = std::min(nearest, *v / (*v - other));
     };
-    if (at[axis] > 0) look(psi[here - stride[axis]]);
-    if (at[axis] + 1 < s.size[axis]) look(psi[here + stride[axis]]);
+    if (low[axis]) look(*(v - stride[axis]));
+    if (high[axis]) look(v[stride[axis]]);
     if (nearest < kFar) sum += 1 / std::max(nearest * nearest, 1e-8f);
   }
   return sum > 0 ? 1 / std::sqrt(sum) : kFar;
@@ -44,45 +45,65 @@ float solve(float a, float b, float c) {
   return (sum + std::sqrt(std::max(0.0f, sum * sum - 3 * (a * a + b * b + c * c - 1)))) / 3;
 }
 
-void sweep(Grid<float>& d, const std::vector<char>& fixed, int direction) {
-  const Eigen::Vector3i n = d.shape.size;
-  const std::size_t sy = std::size_t(n.x()), sz = sy * n.y();
-  const auto order = [](int t, int count, bool backward) { return backward ? count - 1 - t : t; };
-  for (int tk = 0; tk < n.z(); ++tk) {
-    const int k = order(tk, n.z(), direction & 4);
-    for (int tj = 0; tj < n.y(); ++tj) {
-      const int j = order(tj, n.y(), direction & 2);
-      for (int ti = 0; ti < n.x(); ++ti) {
-        const int i = order(ti, n.x(), direction & 1);
-        const std::size_t here = std::size_t(k) * sz + std::size_t(j) * sy + i;
-        if (fixed[here]) continue;
-        const float x = std::min(i > 0 ? d[here - 1] : kFar, i + 1 < n.x() ? d[here + 1] : kFar);
-        const float y = std::min(j > 0 ? d[here - sy] : kFar, j + 1 < n.y() ? d[here + sy] : kFar);
-        const float z = std::min(k > 0 ? d[here - sz] : kFar, k + 1 < n.z() ? d[here + sz] : kFar);
-        if (std::min({x, y, z}) + 1 <= d[here]) d[here] = std::min(d[here], solve(x, y, z));
-      }
-    }
+/// Sweeps row by row: what does not change along a row is found for all of it at once, and most rows have nothing to do after the first sweeps.
+class Sweeper {
+ public:
+  Sweeper(Grid<float>& d, const std::vector<char>& fixed)
+      : d_(d), fixed_(fixed), nx_(d.shape.size.x()), ny_(d.shape.size.y()), nz_(d.shape.size.z()), beyond_(Row::Constant(nx_, kFar)), least_(nx_), most_(nx_) {}
+
+  void run() {
+    // Four orders of the rows, and in each both ways along a row.
+    for (int direction = 0; direction < 4; ++direction)
+      for (int tk = 0; tk < nz_; ++tk)
+        for (int tj = 0; tj < ny_; ++tj) row(direction & 1 ? ny_ - 1 - tj : tj, direction & 2 ? nz_ - 1 - tk : tk);
   }
-}
+
+ private:
+  using Row = Eigen::ArrayXf;
+
+  void row(int j, int k) {
+    const std::ptrdiff_t nx = nx_, slice = nx * ny_, first = k * slice + j * nx;
+    float* d = d_.values.data() + first;
+    const auto at = [&](bool there, std::ptrdiff_t offset) { return Eigen::Map<const Row>(there ? d + offset : beyond_.data(), nx); };
+    const auto before = at(j > 0, -nx), after = at(j + 1 < ny_, nx), under = at(k > 0, -slice), over = at(k + 1 < nz_, slice);
+    least_ = before.min(after);
+    most_ = under.min(over);
+    const Eigen::Map<const Row> now(d, nx);
+    const auto inner = [&](int offset) { return now.segment(offset, nx - 1); };
+    if (!(least_.min(most_) + 1 <= now).any() && !(inner(0) + 1 <= inner(1)).any() && !(inner(1) + 1 <= inner(0)).any()) return;
+    const auto look = [&](int i) {
+      const float x = std::min(i > 0 ? d[i - 1] : kFar, i + 1 < nx_ ? d[i + 1] : kFar);
+      if (!fixed_[std::size_t(first + i)] && std::min({x, least_[i], most_[i]}) + 1 <= d[i]) d[i] = std::min(d[i], solve(x, least_[i], most_[i]));
+    };
+    for (int i = 0; i < nx_; ++i) look(i);
+    for (int i = nx_ - 1; i >= 0; --i) look(i);
+  }
+
+  Grid<float>& d_;
+  const std::vector<char>& fixed_;
+  const int nx_, ny_, nz_;
+  Row beyond_, least_, most_;   // along a row: what is off the grid; the lesser neighbour along y, along z
+};
 
 }  // namespace
 
 Grid<float> redistanced(const Grid<float>& psi) {
   const GridShape& s = psi.shape;
-  Grid<float> d(s, kFar);
+  Grid<float> d(s, kFarthest);
   std::vector<char> fixed(s.count(), 0);
+  const std::array<std::size_t, 3> stride{1, std::size_t(s.size.x()), std::size_t(s.size.x()) * std::size_t(s.size.y())};
+  std::size_t n = 0;
   for (int k = 0; k < s.size.z(); ++k)
     for (int j = 0; j < s.size.y(); ++j)
-      for (int i = 0; i < s.size.x(); ++i) {
-        const float near = beside_surface(psi, i, j, k);
-        if (near >= kFar) continue;
-        d[s.index(i, j, k)] = near;
-        fixed[s.index(i, j, k)] = 1;
+      for (int i = 0; i < s.size.x(); ++i, ++n) {
+        const float near = beside_surface(&psi.values[n], stride, {i > 0, j > 0, k > 0}, {i + 1 < s.size.x(), j + 1 < s.size.y(), k + 1 < s.size.z()});
+        fixed[n] = near < kFar;
+        if (fixed[n]) d[n] = near;
+        else if (psi[n] < 0) d[n] = kDeepest;
       }
-  for (int direction = 0; direction < 8; ++direction) sweep(d, fixed, direction);
+  Sweeper(d, fixed).run();
   const float step = float(s.step);
-  for (std::size_t n = 0; n < d.values.size(); ++n)
-    d[n] = psi[n] < 0 ? -std::min(d[n], kFar) * step : std::min(d[n], kFar) * step;
+  for (n = 0; n < d.values.size(); ++n) d[n] = psi[n] < 0 ? -d[n] * step : d[n] * step;
   return d;
 }
 

@@ -1,5 +1,7 @@
 #include "finishing/refill.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 
 #include "finishing/motion.h"
@@ -11,7 +13,7 @@ namespace {
 
 constexpr int kPasses = 2;           ///< a part grows by two samples at most in one
 constexpr double kJoint = 1.8;       ///< radii of a joint's housing about it, into which nothing grows: a socket must stay open, and a hinge find its room
-constexpr double kApart = 0.2;       ///< steps beyond the gap that new material keeps: distances on samples are of first order
+constexpr double kApart = 0.3;       ///< steps beyond the gap that new material keeps: distances on samples are of first order
 constexpr float kEdge = 0.5f;        ///< see value_at(): new material follows the ways of edges closely
 constexpr float kWorth = 0.1f;       ///< steps by which a sample's value must fall
 constexpr float kDeep = -0.5f;       ///< steps: samples further inside have no surface beside them
@@ -40,28 +42,37 @@ class Growing {
       // In object mode all parts end at the same surface, so only what is between them counts.
       for (const PartField& other : parts)
         if (const Eigen::Vector3i q = c - other.corner; &other != &part_ && other.shape().contains(q))
-          clear_[n] = std::min(clear_[n], other.distance.at(q));
+          clear_[n] = std::min(clear_[n], other.away.at(q).inner);
       mask_[n] = worth(n);
     }
     bricks_ = bricks_of(part_, reach_, mask_);
     return !bricks_.samples.empty();
   }
 
-  void heed(const PartField& other, const MoveMotion& motion) {
-    if (!PairConfigurations::can_meet(motion, part_, other, reach_)) return;
-    const Swept swept = sweep(part_, bricks_, other, PairConfigurations(motion, part_, other), scene_.lattice.cover, reach_, kEdge);
-    for (std::size_t n = 0; n < swept.least.size(); ++n) {
-      float& clear = clear_[bricks_.samples[n]];
-      clear = std::min(clear, swept.least[n]);
-    }
+  /// How near others come in a move; what can't be had any more is not looked at again. False when nothing is left.
+  bool heed(const std::vector<const PartField*>& others, const MoveMotion& motion) {
+    std::vector<Swept> all(others.size());
+    tbb::parallel_for(std::size_t(0), others.size(), [&](std::size_t o) {
+      const PartField& other = *others[o];
+      if (!PairConfigurations::can_meet(motion, part_, other, reach_)) return;
+      all[o] = sweep(part_, bricks_, other, PairConfigurations(motion, part_, other), scene_.lattice.cover, reach_, kEdge);
+    });
+    bool fewer = false;
+    for (const Swept& swept : all)
+      for (std::size_t n = 0; n < swept.least.size(); ++n) {
+        const std::uint32_t at = bricks_.samples[n];
+        clear_[at] = std::min(clear_[at], swept.least[n]);
+        if (mask_[at] && !worth(at)) fewer = true, mask_[at] = 0;
+      }
+    if (fewer) bricks_ = bricks_of(part_, reach_, mask_);
+    return !bricks_.samples.empty();
   }
 
   void grow() {
     for (const std::uint32_t n : bricks_.samples) {
-      if (!worth(n)) continue;
       part_.inner[n] = gap_ - clear_[n];
       part_.uncarved[n] = std::min(part_.uncarved[n], part_.inner[n]);
-      part_.psi[n] = std::max(part_.inner[n], part_.outer[n]);
+      part_.psi[n] = std::max(part_.inner[n], part_.away[n].outer);
     }
     Grid<float> psi = part_.psi;
     keep_core_piece(psi, part_.core);
@@ -119,10 +130,10 @@ void refill(const Scene& scene, std::vector<PartField>& parts, const Progress& p
     if (!grows(part)) continue;
     Growing growing(scene, part, joints, tried[turn % parts.size()], scene.lattice.gap + kApart * scene.lattice.step());
     if (!growing.look(parts)) continue;
-    for (const MoveMotion& motion : motions)
-      for (const PartField& other : parts)
-        if (&other != &part && there[std::size_t(other.bone)]) growing.heed(other, motion);
-    growing.grow();
+    std::vector<const PartField*> others;
+    for (const PartField& other : parts)
+      if (&other != &part && there[std::size_t(other.bone)]) others.push_back(&other);
+    if (std::all_of(motions.begin(), motions.end(), [&](const MoveMotion& motion) { return growing.heed(others, motion); })) growing.grow();
   }
 }
 

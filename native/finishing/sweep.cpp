@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace transformables::finishing {
 namespace {
 
-constexpr int kBrick = 8;
+constexpr int kBrick = 6;
 constexpr double kReach = 1.5;   ///< steps beyond the gap to which swept values are known, so that what is carved can be interpolated
 constexpr float kTrust = 0.9f;   ///< first-order distances may be too large by a few per cent far out
 constexpr float kDepth = 2;      ///< steps inside B from which on a sample is lost anyway
@@ -17,20 +18,24 @@ struct Span {
   int first, last;
 };
 
-/// Steps that a point may skip when it is `slack` away from mattering.
-int stride_for(double slack, double travel, int last) {
-  const double steps = travel > 0 ? slack * last / travel : last;
-  return std::max(1, int(std::min(steps, double(last) + 1)));
-}
+/// How many configurations a point may pass over when it is some length away from mattering.
+class Stride {
+ public:
+  Stride(double travel, int last) : most_(float(last + 1)), by_length_(travel > 0 ? float(last / travel) : std::numeric_limits<float>::max()) {}
+  int operator()(float slack) const { return std::max(1, int(std::min(slack * by_length_, most_))); }
+
+ private:
+  float most_, by_length_;
+};
 
 /// When, within `span`, a ball can be nearer to B than `reach`; conservative advancement of its centre.
 template <class Value>
-void near_spans(const Span& span, double radius, double travel, double reach, int last, Value&& value_of, std::vector<Span>& spans) {
-  const int dwell = stride_for(radius / 2, travel, last);
+void near_spans(const Span& span, float radius, const Stride& stride, float reach, Value&& value_of, std::vector<Span>& spans) {
+  const int dwell = stride(radius / 2);
   for (int k = span.first; k <= span.last;) {
-    const double slack = kTrust * value_of(k) - radius - reach;
+    const float slack = kTrust * value_of(k) - radius - reach;
     if (slack > 0) {
-      k += stride_for(slack, travel, last);
+      k += stride(slack);
       continue;
     }
     const int end = std::min(span.last, k + dwell);
@@ -48,8 +53,7 @@ struct Walker {
   const PairConfigurations& configurations;
   float cover, reach, floor, edge;
 
-  void walk(const Eigen::Vector3f& p, double travel, const std::vector<Span>& spans, float& least, std::int32_t& where) const {
-    const int last = configurations.last();
+  void walk(const Eigen::Vector3f& p, const Stride& stride, const std::vector<Span>& spans, float& least, std::int32_t& where) const {
     for (const Span& span : spans)
       for (int k = span.first; k <= span.last;) {
         const float value = value_at(b, configurations(k, p), edge);
@@ -58,37 +62,33 @@ struct Walker {
           where = k;
           if (least < floor) return;
         }
-        const int stride = stride_for(std::max(2 * cover, kTrust * (value - least)), travel, last);
         // The end of a span is looked at, too.
-        k = k < span.last ? std::min(k + stride, span.last) : k + 1;
+        k = k < span.last ? std::min(k + stride(std::max(2 * cover, kTrust * (value - least))), span.last) : k + 1;
       }
   }
 };
 
 }  // namespace
 
-float value_at(const PartField& part, const Eigen::Vector3f& p, float edge) {
+float value_at(const PartField& part, const Eigen::Array4f& p, float edge) {
   const GridShape& shape = part.shape();
-  const Eigen::Vector3i& n = shape.size;
-  const Eigen::Vector3f q = p.cwiseMax(0.0f).cwiseMin((n.cast<float>().array() - 1).matrix());
-  const Eigen::Vector3i c = q.cast<int>().cwiseMin((n.array() - 2).matrix());
-  const Eigen::Vector3f t = q - c.cast<float>();
-  const std::size_t dy = std::size_t(n.x()), dz = dy * n.y();
-  const std::size_t first = shape.index(c);
-  const auto mix = [](float a, float b, float w) { return a + (b - a) * w; };
-  const auto value = [&](const Grid<float>& field) {
-    const float* v = field.values.data() + first;
-    return mix(mix(mix(v[0], v[1], t.x()), mix(v[dy], v[dy + 1], t.x()), t.y()),
-               mix(mix(v[dz], v[dz + 1], t.x()), mix(v[dz + dy], v[dz + dy + 1], t.x()), t.y()), t.z());
-  };
+  const Eigen::Array4f last(float(shape.size.x() - 1), float(shape.size.y() - 1), float(shape.size.z() - 1), 0);
+  const Eigen::Array4f q = p.max(0.0f).min(last);
+  const Eigen::Array4i c = q.min(last - 1).max(0.0f).cast<int>();
+  const Eigen::Array4f t = q - c.cast<float>();
+  const std::size_t dy = std::size_t(shape.size.x()), dz = dy * std::size_t(shape.size.y());
+  // Two samples that follow each other along x, both distances of each, are read at once.
+  const float* first = &part.away.values[(std::size_t(c[2]) * std::size_t(shape.size.y()) + std::size_t(c[1])) * dy + std::size_t(c[0])].inner;
+  const auto pair_at = [&](std::size_t offset) { return Eigen::Map<const Eigen::Array4f>(first + 2 * offset); };
+  const Eigen::Array4f low = pair_at(0) + (pair_at(dy) - pair_at(0)) * t[1], high = pair_at(dz) + (pair_at(dz + dy) - pair_at(dz)) * t[1];
+  const Eigen::Array4f both = low + (high - low) * t[2];
   // The greater of two distances, each read between samples by itself, so that the edge where the two surfaces cross stays sharp.
-  const float a = value(part.distance), b = value(part.outer);
+  const float a = both[0] + (both[2] - both[0]) * t[0], b = both[1] + (both[3] - both[1]) * t[0];
   const float within = std::max(a, b) - edge * std::max(0.0f, float(shape.step) - std::abs(a - b));
-  const float beyond2 = (p - q).squaredNorm();
-  if (beyond2 == 0) return within;
+  if ((p == q).all()) return within;
   // The box is convex and holds B, so the way round the nearest place of the box bends by a right angle at least.
-  const float step = float(shape.step);
-  return std::sqrt(beyond2 * step * step + std::max(within, 0.0f) * std::max(within, 0.0f));
+  const float step = float(shape.step), aside = std::max(within, 0.0f);
+  return std::sqrt((p - q).square().sum() * step * step + aside * aside);
 }
 
 PairConfigurations::PairConfigurations(const MoveMotion& motion, const PartField& a, const PartField& b)
@@ -96,8 +96,9 @@ PairConfigurations::PairConfigurations(const MoveMotion& motion, const PartField
   const GridShape &from = a.shape(), &to = b.shape();
   tbb::parallel_for(0, motion.last() + 1, [&](int k) {
     const Eigen::Isometry3d rigid = motion.into(a.bone, b.bone, k);
-    maps_[k].leftCols<3>() = rigid.linear().cast<float>();
-    maps_[k].col(3) = ((rigid * from.origin - to.origin) / to.step).cast<float>();
+    maps_[k].setZero();
+    maps_[k].topLeftCorner<3, 3>() = rigid.linear().cast<float>();
+    maps_[k].topRightCorner<3, 1>() = ((rigid * from.origin - to.origin) / to.step).cast<float>();
   });
 }
 
@@ -108,9 +109,9 @@ bool PairConfigurations::can_meet(const MoveMotion& motion, const PartField& a, 
   const Eigen::Vector3d half = from.step * (from.size.cast<double>().array() - 1).matrix() / 2;
   const Eigen::Vector3d centre = from.origin + half;
   std::vector<Span> spans;
-  near_spans({0, motion.last()}, half.norm(), pair.travel(centre), reach, motion.last(), [&](int k) {
-    const Eigen::Vector3d p = (motion.into(a.bone, b.bone, k) * centre - to.origin) / to.step;
-    return value_at(b, p.cast<float>());
+  near_spans({0, motion.last()}, float(half.norm()), Stride(pair.travel(centre), motion.last()), float(reach), [&](int k) {
+    const Eigen::Vector3f p = ((motion.into(a.bone, b.bone, k) * centre - to.origin) / to.step).cast<float>();
+    return value_at(b, {p.x(), p.y(), p.z(), 0});
   }, spans);
   return !spans.empty();
 }
@@ -147,14 +148,14 @@ Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const 
     const std::uint32_t first = bricks.first[brick - 1], end = bricks.first[brick];
     const Eigen::Vector3d centre = (shape.cell(bricks.samples[first]) / kBrick * kBrick).cast<double>().array() + half;
     std::vector<Span> spans;
-    near_spans({0, configurations.last()}, radius, motion.travel(shape.origin + shape.step * centre) + motion.angle * radius, reach,
-               configurations.last(), [&](int k) { return value_at(b, configurations(k, centre.cast<float>()), edge); }, spans);
+    const Stride stride(motion.travel(shape.origin + shape.step * centre) + motion.angle * radius, configurations.last());
+    near_spans({0, configurations.last()}, float(radius), stride, float(reach), [&](int k) { return value_at(b, configurations(k, centre.cast<float>()), edge); }, spans);
     if (spans.empty()) return;
     for (std::uint32_t n = first; n < end; ++n) {
       const std::uint32_t sample = bricks.samples[n];
       if (a.bound(sample) >= reach) continue;
       const Eigen::Vector3i c = shape.cell(sample);
-      walker.walk(c.cast<float>(), motion.travel(shape.position(c)), spans, swept.least[n], swept.where[n]);
+      walker.walk(c.cast<float>(), Stride(motion.travel(shape.position(c)), configurations.last()), spans, swept.least[n], swept.where[n]);
     }
   });
   return swept;

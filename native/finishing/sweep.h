@@ -20,14 +20,15 @@ class PairConfigurations {
 
   int last() const { return int(maps_.size()) - 1; }
   const PairMotion& motion() const { return motion_; }
-  Eigen::Vector3f operator()(int configuration, const Eigen::Vector3f& p) const {
-    const auto& m = maps_[configuration];
-    return m.leftCols<3>() * p + m.col(3);
+  /// The last of four numbers is 0: they are reckoned with at once.
+  Eigen::Array4f operator()(int configuration, const Eigen::Vector3f& p) const {
+    const Eigen::Matrix4f& m = maps_[std::size_t(configuration)];
+    return m.col(0).array() * p.x() + m.col(1).array() * p.y() + m.col(2).array() * p.z() + m.col(3).array();
   }
 
  private:
   PairMotion motion_;
-  std::vector<Eigen::Matrix<float, 3, 4>> maps_;
+  std::vector<Eigen::Matrix4f> maps_;
 };
 
 /// How far a sweep has to look for what comes nearer than `gap`.
@@ -53,9 +54,9 @@ struct Swept {
 Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover, double reach,
             float edge = 0);
 
-/// A lower bound of the distance to a part from a place given in its samples.
+/// A lower bound of the distance to a part from a place given in its samples (x, y, z, 0).
 /// @param edge  steps by which the edge where the target's surface and an interface cross counts as nearer: what is made by swept values is sampled,
 ///              and between samples the distance to a sharp edge reads too large by up to half a step
-float value_at(const PartField& part, const Eigen::Vector3f& p, float edge = 0);
+float value_at(const PartField& part, const Eigen::Array4f& p, float edge = 0);
 
 }  // namespace transformables::finishing

@@ -15,8 +15,8 @@ constexpr double kStandOut = 1.5;
 std::size_t take_thin(PartField& part, double wall) {
   const float radius = float(wall / 2), reach = radius + float(kStandOut * part.shape().step);
   // An opening: what is left of the part when it shrinks by the radius, grown again, and by more than it shrank.
-  Grid<float> shrunk = redistanced(part.psi);
-  for (float& v : shrunk.values) v += radius;
+  Grid<float> shrunk = part.psi;
+  for (std::size_t n = 0; n < shrunk.values.size(); ++n) shrunk[n] = part.bound(n) + radius;  // inside, the nearer of the two bounds is the surface
   if (inside_count(shrunk) == 0) return 0;
   shrunk = redistanced(shrunk);
   Grid<float> psi = part.psi;

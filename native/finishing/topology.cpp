@@ -7,59 +7,73 @@
 namespace transformables::finishing {
 namespace {
 
-/// Visits all samples that are joined to `seed` by six neighbours and are inside; numbers them.
-template <class Visit>
-void flood_inside(const Grid<float>& psi, std::size_t seed, std::vector<int>& label, int number,
-                  std::vector<std::size_t>& stack, Visit&& visit) {
-  const GridShape& s = psi.shape;
-  const std::array<std::size_t, 3> stride{1, std::size_t(s.size.x()), std::size_t(s.size.x()) * s.size.y()};
-  stack.assign(1, seed);
-  label[seed] = number;
-  while (!stack.empty()) {
-    const std::size_t at = stack.back();
-    stack.pop_back();
-    visit(at);
-    const Eigen::Vector3i c = s.cell(at);
-    const auto push = [&](std::size_t n) {
-      if (label[n] >= 0 || !(psi[n] < 0)) return;
-      label[n] = number;
-      stack.push_back(n);
-    };
-    for (int axis = 0; axis < 3; ++axis) {
-      if (c[axis] > 0) push(at - stride[axis]);
-      if (c[axis] + 1 < s.size[axis]) push(at + stride[axis]);
+/// Inside samples that follow each other along x.
+struct Run {
+  std::size_t first, end;   ///< samples
+  std::size_t joined;       ///< a run of the same piece, no later than this one
+  std::size_t core = 0;     ///< samples of the core
+};
+
+/// The first run of a piece, in the samples' order.
+std::size_t piece_of(std::vector<Run>& runs, std::size_t n) {
+  while (runs[n].joined != n) n = runs[n].joined = runs[runs[n].joined].joined;
+  return n;
+}
+
+/// Runs of inside samples, each joined to those that touch it along an axis.
+std::vector<Run> joined_runs(const Grid<float>& psi, const Grid<float>& core) {
+  const std::size_t nx = std::size_t(psi.shape.size.x()), ny = std::size_t(psi.shape.size.y()), rows = ny * std::size_t(psi.shape.size.z());
+  std::vector<Run> runs;
+  std::vector<std::size_t> first_of(rows + 1, 0);   // the first run of each row
+  const auto join = [&](std::size_t row, std::size_t with) {
+    const std::size_t apart = (row - with) * nx;
+    for (std::size_t n = first_of[row], m = first_of[with]; n < runs.size() && m < first_of[with + 1];) {
+      if (runs[m].end + apart <= runs[n].first) ++m;
+      else if (runs[n].end <= runs[m].first + apart) ++n;
+      else {
+        const std::size_t a = piece_of(runs, n), b = piece_of(runs, m);
+        runs[std::max(a, b)].joined = std::min(a, b);
+        runs[n].end < runs[m].end + apart ? ++n : ++m;
+      }
     }
+  };
+  for (std::size_t row = 0; row < rows; ++row) {
+    first_of[row] = runs.size();
+    for (std::size_t at = row * nx, end = at + nx; at < end; ++at) {
+      if (!(psi[at] < 0)) continue;
+      Run run{at, at, runs.size()};
+      for (; run.end < end && psi[run.end] < 0; ++run.end) run.core += core[run.end] < 0;
+      at = run.end;
+      runs.push_back(run);
+    }
+    first_of[row + 1] = runs.size();
+    if (row % ny > 0) join(row, row - 1);
+    if (row >= ny) join(row, row - ny);
   }
+  return runs;
 }
 
 }  // namespace
 
 std::size_t keep_core_piece(Grid<float>& psi, const Grid<float>& core) {
+  std::vector<Run> runs = joined_runs(psi, core);
   struct Piece {
     std::size_t core = 0, size = 0;
   };
-  std::vector<Piece> pieces;
-  std::vector<int> label(psi.values.size(), -1);
-  std::vector<std::size_t> stack;
-  for (std::size_t n = 0; n < psi.values.size(); ++n) {
-    if (label[n] >= 0 || !(psi[n] < 0)) continue;
-    Piece piece;
-    flood_inside(psi, n, label, int(pieces.size()), stack, [&](std::size_t at) {
-      ++piece.size;
-      piece.core += core[at] < 0;
-    });
-    pieces.push_back(piece);
+  std::vector<Piece> pieces(runs.size());
+  for (std::size_t n = 0; n < runs.size(); ++n) {
+    Piece& piece = pieces[piece_of(runs, n)];
+    piece.core += runs[n].core;
+    piece.size += runs[n].end - runs[n].first;
   }
-  if (pieces.size() < 2) return 0;
   const auto best = std::max_element(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
     return a.core != b.core ? a.core < b.core : a.size < b.size;
   });
-  const int kept = int(best - pieces.begin());
   std::size_t dropped = 0;
-  for (std::size_t n = 0; n < psi.values.size(); ++n) {
-    if (label[n] < 0 || label[n] == kept) continue;
-    psi[n] = -psi[n];
-    ++dropped;
+  for (std::size_t n = 0; n < runs.size(); ++n) {
+    if (std::ptrdiff_t(piece_of(runs, n)) == best - pieces.begin()) continue;
+    for (std::size_t at = runs[n].first; at < runs[n].end; ++at) psi[at] = -psi[at];
+    dropped += runs[n].end - runs[n].first;
   }
   return dropped;
 }

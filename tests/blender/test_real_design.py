@@ -4,6 +4,7 @@ import json
 import math
 import os
 import signal
+import sys
 import time
 
 import bpy
@@ -12,8 +13,11 @@ import pytest
 import scenes
 from transformables import cli
 from transformables.bridge import design
-from transformables.core import job
+from transformables.core import certificate, job
 from transformables.core.options import DesignOptions
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "addon"))
+import check_certificate  # noqa: E402
 
 built = os.path.isdir(job.native_dir()) and any(n.startswith("transformables_native") for n in os.listdir(job.native_dir()))
 pytestmark = pytest.mark.skipif(not built, reason="THE NATIVE MODULE IS NOT BUILT: no design was tried (run scripts/setup.sh)")
@@ -70,6 +74,14 @@ def test_the_same_seed_gives_the_same_bytes_on_one_and_on_two_threads(scene):
     first, second = results
     assert first["arrays"] == second["arrays"]
     assert first["result"]["embedding"] == second["result"]["embedding"] and first["result"]["path"] == second["result"]["path"]
+
+
+def test_an_independent_checker_replays_the_proof_of_joints_that_turn_together(scene):
+    event = finished(scene)
+    proof = certificate.document(event["result"], event["arrays"])
+    assert any(len(turns) > 1 for turns in proof["moves"])
+    replayed = check_certificate.check(proof, rows=8)
+    assert replayed["intervals"] > 0
 
 
 def test_stages_can_be_run_one_by_one(scene):

@@ -15,7 +15,7 @@ inline Solids dense(const std::vector<finishing::PartField>& fields, const GridS
     Grid<float> part(shape, 1), core(shape, 1);
     for (std::size_t n = 0; n < field.psi.values.size(); ++n) {
       const Eigen::Vector3i c = field.corner + field.shape().cell(n);
-      part.at(c) = field.bound(n), core.at(c) = std::max(field.core[n], field.outer[n]);
+      part.at(c) = field.bound(n), core.at(c) = std::max(field.core[n], field.away[n].outer);
     }
     solids.parts.push_back(std::move(part)), solids.cores.push_back(std::move(core));
   }

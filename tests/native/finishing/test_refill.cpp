@@ -26,7 +26,7 @@ struct Bitten {
     carved = inside();
     for (PartField& field : fields) {
       Grid<float> psi = field.psi;
-      for (std::size_t n = 0; n < psi.values.size(); ++n) psi[n] = std::max(psi[n], field.distance[n] + 1.5f * float(lattice.step()));
+      for (std::size_t n = 0; n < psi.values.size(); ++n) psi[n] = std::max(psi[n], field.away[n].inner + 1.5f * float(lattice.step()));
       for (std::size_t n = 0; n < psi.values.size(); ++n) psi[n] = std::min(psi[n], std::max(field.psi[n], field.core[n]));
       adopt(field, std::move(psi));
       refresh(field);
