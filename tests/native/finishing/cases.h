@@ -92,6 +92,20 @@ inline Design halves(double radius = 0.012) {
               {[](const Eigen::Vector3d& p) { return p.y(); }, [](const Eigen::Vector3d& p) { return -p.y(); }});
 }
 
+/// The nearest number of single precision; `volatile` because GCC 12 drops such roundings at -O2.
+inline double to_float(double x) {
+  const volatile float rounded = float(x);
+  return double(rounded);
+}
+
+/// A cube of samples about the origin.
+inline Grid<float> sampled_field(int n, double step, const std::function<double(const Eigen::Vector3d&)>& f) {
+  const double half = step * (n - 1) / 2;
+  Grid<float> field({{n, n, n}, Eigen::Vector3d::Constant(-half), step}, 0);
+  for (std::size_t i = 0; i < field.values.size(); ++i) field[i] = float(f(field.shape.position(i)));
+  return field;
+}
+
 inline void expect_good(const TriangleMesh& mesh) {
   const MeshCheck c = check(mesh);
   EXPECT_FALSE(c.open);
