@@ -26,6 +26,7 @@ constexpr int kRestarts = 2;             // of a run that converged before its b
 // Successive halving: of the starts a third goes on after the short run, an eighth after the middle one. A larger population has
 // longer runs, and fewer of them.
 constexpr std::size_t kPromising = 3, kGood = 8;
+constexpr std::size_t kPatience = 2;     // times the finalists: so many candidates are run to their end for solutions that differ
 constexpr int kPosesTried = 16;          // random poses for each start, before any search
 constexpr long kShortRun = 300, kMiddleRun = 900, kLongRun = 2000;
 constexpr int kRoughVoxels = 32;         // along the target's longest side, for the first rounds
@@ -313,8 +314,11 @@ std::vector<Embedding> Search::wide(int count, double least_difference, const He
     }
     finish(batch, ended, found);
     settle(ended);
-    // A pose that is not sound is no solution: as long as there are others, they have their turn.
-    if (ended.size() >= std::size_t(count) && sound(ended.front())) break;
+    // A pose that is not sound is no solution: as long as there are others, they have their turn. Where runs end alike again and again, fewer solutions do,
+    // and where symmetry was nobody's wish, the search without it has better chances than what is left here.
+    const bool enough = ended.size() >= std::size_t(count), tired = tried >= kPatience * finalists;
+    if ((enough || tired) && sound(ended.front())) break;
+    if (tired && symmetric_ && options_.symmetry != Symmetry::kOn) break;
   }
   for (std::size_t k = 0; k < std::min(ended.size(), std::size_t(count)); ++k) solutions.push_back(embedding_of(ended[k].best, ended[k].start));
   return solutions;
