@@ -52,13 +52,7 @@ def main():
              "| pair | this program | greedy | both proved |", "| --- | --- | --- | --- |"]
     sums = [0.0, 0.0]
     for pair in options.pairs:
-        folder = ROOT / "build" / "greedy" / pair.replace(":", "_")
-        folder.mkdir(parents=True, exist_ok=True)
-        scene, out, log = (folder / name for name in ("scene.blend", "carved.json", "log.txt"))
-        out.unlink(missing_ok=True)
-        results.make_scene(pair, options.shared, options.blender, scene, log)
-        results.run([options.blender, "-b", str(scene), "--python-exit-code", "1", "--python", __file__, "--", "--inside", str(out)], log, check=True)
-        rows = json.loads(out.read_text())
+        rows = results.inside_blender(__file__, pair, options)
         sums = [total + row["carved"] for total, row in zip(sums, rows)]
         lines.append(f"| {pair.replace(':', ' x ')} | {rows[0]['carved']:.2f} | {rows[1]['carved']:.2f} | {'yes' if all(row['certified'] for row in rows) else 'no'} |")
         print(lines[-1], flush=True)

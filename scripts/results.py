@@ -44,6 +44,18 @@ def make_scene(pair, shared, blender, scene, log):
          "--output", str(scene)], log, check=True)
 
 
+def inside_blender(script, pair, options, *arguments):
+    """Has Blender run `script --inside OUT ARGUMENTS` with the pair's scene open, in a folder named after the script, and gives the JSON that it writes to OUT."""
+    script = pathlib.Path(script).resolve()
+    folder = ROOT / "build" / script.stem / pair.replace(":", "_")
+    folder.mkdir(parents=True, exist_ok=True)
+    scene, out, log = (folder / name for name in ("scene.blend", "out.json", "log.txt"))
+    out.unlink(missing_ok=True)
+    make_scene(pair, options.shared, options.blender, scene, log)
+    run([options.blender, "-b", str(scene), "--python-exit-code", "1", "--python", str(script), "--", "--inside", str(out), *arguments], log, check=True)
+    return json.loads(out.read_text())
+
+
 def design_pair(pair, shared, blender, judge, options, samples):
     """One row of the table: what the command and the judge said of one pair."""
     target, character = pair.split(":")

@@ -71,14 +71,7 @@ def main():
              "default options, without rehearsals. *Sound*: the skeleton sticks out by less than a voxel, and no two capsules collide. Seconds are of wall time, two cores.\n",
              "| pair | seeds | sound % | best objective | median | worst | median over best % | seconds, median |", "| --- " * 8 + "|"]
     for pair in options.pairs:
-        folder = ROOT / "build" / "seeds" / pair.replace(":", "_")
-        folder.mkdir(parents=True, exist_ok=True)
-        scene, out, log = (folder / name for name in ("scene.blend", "found.json", "log.txt"))
-        out.unlink(missing_ok=True)
-        results.make_scene(pair, options.shared, options.blender, scene, log)
-        results.run([options.blender, "-b", str(scene), "--python-exit-code", "1", "--python", __file__, "--", "--inside", str(out), str(options.seeds)],
-                    log, check=True)
-        lines.append(row_of(pair, json.loads(out.read_text())))
+        lines.append(row_of(pair, results.inside_blender(__file__, pair, options, str(options.seeds))))
         print(lines[-1], flush=True)
     if options.write:
         options.write.write_text("\n".join(lines) + "\n")

@@ -14,6 +14,8 @@ for folder in (TESTS.parent / "addon", TESTS / "addon", TESTS / "blender"):
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
 
+import scenes  # noqa: E402  (found by the lines above)
+
 
 @pytest.fixture
 def empty_scene():
@@ -26,7 +28,7 @@ def scene():
     """A snake and a box, with the add-on switched on and its panel set to a coarse grid."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     assert addon_utils.enable("transformables", default_set=True) is not None
-    _add_snake()
+    scenes.armature([(f"link{i}", f"link{i - 1}" if i else None, (0, i, 0), (0, i + 1, 0), 0, None) for i in range(3)], "Snake")
     _add_box()
     bpy.context.scene.transformables.target_stage.resolution = 24
     bpy.context.view_layer.update()
@@ -47,20 +49,6 @@ def a_test_that_hangs_says_where_and_ends():
     faulthandler.dump_traceback_later(HANGS_AFTER_SECONDS, exit=True, file=sys.__stderr__)
     yield
     faulthandler.cancel_dump_traceback_later()
-
-
-def _add_snake():
-    snake = bpy.data.objects.new("Snake", bpy.data.armatures.new("Snake"))
-    bpy.context.scene.collection.objects.link(snake)
-    bpy.context.view_layer.objects.active = snake
-    bpy.ops.object.mode_set(mode="EDIT")
-    parent = None
-    for i in range(3):
-        bone = snake.data.edit_bones.new(f"link{i}")
-        bone.head, bone.tail = (0, i, 0), (0, i + 1, 0)
-        bone.parent = parent
-        parent = bone
-    bpy.ops.object.mode_set(mode="OBJECT")
 
 
 def _add_box():

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "character/character.h"
+#include "read_ply.h"
 #include "reference/cases.h"
 #include "target/target.h"
 
@@ -59,30 +59,10 @@ inline Character raw_character(const std::string& name) {
   return make_character(bones);
 }
 
-/// Little-endian PLY with float positions first and lists of 32-bit corners, as the shared targets are.
 inline Target ply_target(const std::filesystem::path& file, int resolution) {
   std::ifstream in(file, std::ios::binary);
-  std::size_t vertex_count = 0, face_count = 0;
-  for (std::string line; std::getline(in, line) && line != "end_header";) {
-    std::istringstream words(line);
-    std::string first, second;
-    words >> first >> second;
-    if (second == "vertex") words >> vertex_count;
-    if (second == "face") words >> face_count;
-  }
-  std::vector<Eigen::Vector3d> vertices;
-  std::vector<Eigen::Vector3i> triangles;
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    float p[3] = {};
-    in.read(reinterpret_cast<char*>(p), sizeof p);
-    vertices.emplace_back(p[0], p[1], p[2]);
-  }
-  for (std::size_t f = 0; f < face_count && in; ++f) {
-    std::vector<std::int32_t> corners(std::size_t(std::max(0, in.get())), 0);
-    in.read(reinterpret_cast<char*>(corners.data()), std::streamsize(4 * corners.size()));
-    for (std::size_t k = 2; k < corners.size(); ++k) triangles.emplace_back(corners[0], corners[k - 1], corners[k]);
-  }
-  return make_target(vertices, triangles, {resolution}, {});
+  const TriangleMesh mesh = read_ply(in);
+  return make_target(mesh.vertices, mesh.triangles, {resolution}, {});
 }
 
 inline reference::Case made(const Pair& pair, int resolution) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <numbers>
 #include <vector>
@@ -96,6 +97,17 @@ inline Design halves(double radius = 0.012) {
 inline double to_float(double x) {
   const volatile float rounded = float(x);
   return double(rounded);
+}
+
+/// How often a closed mesh winds around a point that is not on it (van Oosterom and Strackee 1983).
+inline double winding(const TriangleMesh& mesh, const Eigen::Vector3d& p) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector3d a = mesh.vertices[t[0]] - p, b = mesh.vertices[t[1]] - p, c = mesh.vertices[t[2]] - p;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return sum / (2 * std::numbers::pi);
 }
 
 /// A cube of samples about the origin.

@@ -84,17 +84,6 @@ TEST(Finish, WhatAHingeSweepsThroughItsNeighbourIsCarvedAndNoMore) {
   EXPECT_LT(parts.carved_volume_pct, 1.25 * swept_pct);
 }
 
-/// How often a closed mesh winds around a point that is not on it (van Oosterom and Strackee 1983).
-double winding(const TriangleMesh& mesh, const Vector3d& p) {
-  double sum = 0;
-  for (const auto& t : mesh.triangles) {
-    const Vector3d a = mesh.vertices[t[0]] - p, b = mesh.vertices[t[1]] - p, c = mesh.vertices[t[2]] - p;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return sum / (2 * std::numbers::pi);
-}
-
 TEST(Finish, NoPointOfAPartEntersAnotherAtAnyOfManyConfigurations) {
   Design d = halves();
   d.turn(0, 2.0);

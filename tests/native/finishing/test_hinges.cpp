@@ -28,20 +28,10 @@ const Part& part_of(const Parts& parts, int bone) {
   return *std::find_if(parts.parts.begin(), parts.parts.end(), [&](const Part& p) { return p.bone == bone; });
 }
 
-bool contains(const TriangleMesh& mesh, const Vector3d& p) {
-  double turns = 0;
-  for (const auto& t : mesh.triangles) {
-    const Vector3d a = mesh.vertices[t[0]] - p, b = mesh.vertices[t[1]] - p, c = mesh.vertices[t[2]] - p;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    turns += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return std::abs(turns) > std::numbers::pi;
-}
-
 /// Which bone's part is at a place of object mode; -1: none.
 int owner_at(const Design& d, const Parts& parts, const Vector3d& p) {
   for (const Part& part : parts.parts)
-    if (contains(part.mesh, d.segmentation.frames[part.bone].inverse() * p)) return part.bone;
+    if (std::abs(winding(part.mesh, d.segmentation.frames[part.bone].inverse() * p)) > 0.5) return part.bone;
   return -1;
 }
 

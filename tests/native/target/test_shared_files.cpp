@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "cases.h"
+#include "read_ply.h"
 
 namespace transformables {
 namespace {
@@ -51,31 +52,6 @@ TriangleMesh read_off(std::istream& in) {
     in >> n;
     std::vector<int> c(std::size_t(n), 0);
     for (int& i : c) in >> i;
-    for (int i = 2; i < n; ++i) mesh.triangles.emplace_back(c[0], c[std::size_t(i) - 1], c[std::size_t(i)]);
-  }
-  return mesh;
-}
-
-/// Binary PLY as the data set has it: float x, y, z alone, then lists of a byte and 32-bit indices.
-TriangleMesh read_ply(std::istream& in) {
-  TriangleMesh mesh;
-  std::size_t vertices = 0, faces = 0;
-  for (std::string line; std::getline(in, line) && line != "end_header";) {
-    std::istringstream words(line);
-    std::string a, b;
-    words >> a >> b;
-    if (b == "vertex") words >> vertices;
-    if (b == "face") words >> faces;
-  }
-  for (std::size_t v = 0; v < vertices; ++v) {
-    float p[3];
-    in.read(reinterpret_cast<char*>(p), sizeof p);
-    mesh.vertices.emplace_back(p[0], p[1], p[2]);
-  }
-  for (std::size_t f = 0; f < faces; ++f) {
-    const int n = in.get();
-    std::vector<std::int32_t> c(std::size_t(n), 0);
-    in.read(reinterpret_cast<char*>(c.data()), std::streamsize(c.size() * 4));
     for (int i = 2; i < n; ++i) mesh.triangles.emplace_back(c[0], c[std::size_t(i) - 1], c[std::size_t(i)]);
   }
   return mesh;
