@@ -34,22 +34,6 @@ std::array<std::pair<double, double>, 2 * kAround> ring() {
 
 double positive(double x) { return x > 0 ? x : 0; }
 
-/// Squared distance to a bone's axis; `at` becomes the nearest of its segments.
-inline double distance2(const Skeleton& skeleton, int bone, const Eigen::Vector3d& p, int& at) {
-  double least = std::numeric_limits<double>::infinity();
-  const int end = skeleton.first_segment[std::size_t(bone) + 1];
-  for (int s = skeleton.first_segment[std::size_t(bone)]; s < end; ++s) {
-    const Skeleton::PosedSegment& segment = skeleton.segments[std::size_t(s)];
-    const Eigen::Vector3d from = p - segment.a;
-    const double free = from.dot(segment.direction), along = std::clamp(free, 0.0, segment.length);
-    const double square = from.squaredNorm() - along * (2 * free - along);
-    if (square >= least) continue;
-    least = square;
-    at = s;
-  }
-  return positive(least);
-}
-
 }  // namespace
 
 Evaluator::Evaluator(const Character& character, const Target& target, std::shared_ptr<const Voxels> voxels,
@@ -208,7 +192,7 @@ int Evaluator::nearest_bone(const Eigen::Vector3d& p) const {
   int best = 0, at = 0;
   double least = std::numeric_limits<double>::infinity();
   for (int b = 0; b < int(skeleton_.character.bones.size()); ++b) {
-    const double square = distance2(skeleton_, b, p, at);
+    const double square = skeleton_.distance2(b, p, at);
     if (square < least) {
       least = square;
       best = b;
@@ -242,7 +226,7 @@ void Evaluator::add_boundaries(const Pose& pose, ObjectiveTerms& terms) {
 /// A term of Eq. 2.
 double Evaluator::compact_sample(const Eigen::Vector3d& p, int bone) const {
   int at = 0;
-  const double out = positive(std::sqrt(distance2(skeleton_, bone, p, at)) - skeleton_.character.bones[std::size_t(bone)].radius);
+  const double out = positive(std::sqrt(skeleton_.distance2(bone, p, at)) - skeleton_.character.bones[std::size_t(bone)].radius);
   return out * out;
 }
 

@@ -44,6 +44,9 @@ class Evaluator {
   /// Of each bone, after an evaluation: how far its surface sticks out of the target.
   const std::vector<double>& protrusions() const { return protrusions_; }
   const std::vector<std::int32_t>& field() const { return field_; }
+  /// After a whole evaluation: the voxels on the boundary of parts.
+  const Boundary& boundary() const { return boundary_; }
+  const Voxels& voxels() const { return *voxels_; }
 
  private:
   void add_limits(const Pose& pose, ObjectiveTerms& terms) const;

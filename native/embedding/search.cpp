@@ -1,7 +1,6 @@
 #include "embedding/search.h"
 
-#include <tbb/parallel_for.h>
-
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -17,21 +16,19 @@ constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian cou
 // With many minima about, a larger population ends in better ones, but converges later: it is as large as the bound for a run
 // allows, up to twice the usual. The usual one has about converged after so many evaluations an unknown.
 constexpr double kEvaluationsAnUnknown = 250, kLargestPopulation = 2;
-// Searches with a long step find other minima than those with a short one, which sooner are good; a coin decides for each start.
-constexpr double kWideSigma = 0.2, kNarrowSigma = 0.07, kCarefulSigma = 0.08, kRestartSigma = 0.15;
+constexpr double kWideSigma = 0.07, kCarefulSigma = 0.08, kRestartSigma = 0.15;
+constexpr double kLeastCurvature = 0.1;  // of the mean: a run's first steps are longest along directions that the geometry hardly depends on
 constexpr std::chrono::milliseconds kShown{50};
 constexpr std::ptrdiff_t kTogether = 8;  // runs: few, so that there is soon something to show
 constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
 
-// Successive halving: of the starts a third goes on after the short run, an eighth after the middle one. A larger population has
-// longer runs, and fewer of them.
-constexpr std::size_t kPromising = 3, kGood = 8;
+// Successive halving: so many times the finalists begin, and go on after the short run. A larger population has longer runs.
+constexpr std::size_t kFirst = 4, kSecond = 2;
+constexpr long kShortRun = 300, kMiddleRun = 900;
 constexpr std::size_t kPatience = 2;     // times the finalists: so many candidates are run to their end for solutions that differ
-constexpr int kPosesTried = 16;          // random poses for each start, before any search
-constexpr long kShortRun = 300, kMiddleRun = 900, kLongRun = 2000;
 constexpr int kRoughVoxels = 32;         // along the target's longest side, for the first rounds
-// In the first rounds a pose that sticks out or collides by more than this is not flooded, and so is looked at in a sixth of the time. Most of
-// what those rounds try is so far out; what its other terms would be hardly changes its rank. Instead of them it has kUnseen.
+// A random pose that sticks out or collides by more than this is not flooded, and so is looked at in a sixth of the time. Most are so far
+// out; what its other terms would be hardly changes its rank. Instead of them it has kUnseen.
 constexpr double kFarOut = 500, kUnseen = 250;
 constexpr double kTouching = 0.1;        // steps: what is less deep in one another does not count as a collision
 constexpr std::size_t kRoughFew = 3000;  // voxels: with more, one in five is a boundary sample
@@ -70,11 +67,13 @@ bool is_sound(const Embedding& embedding, double step) {
 
 Search::Search(const Character& character, const Target& target, const EmbeddingOptions& options, bool symmetric,
                const Progress& progress, const Hear& best_so_far)
-    : options_(options), symmetric_(symmetric), progress_(progress), best_so_far_(best_so_far),
+    : character_(character), options_(options), symmetric_(symmetric), progress_(progress), best_so_far_(best_so_far),
       unknowns_(character, target, options, symmetric), painted_(options.painted), start_head_(start_head(target)),
       fine_(std::make_shared<const Voxels>(target)), coarse_(coarser(target, fine_)), difference_(character, target, *fine_), target_step_(target.distance.shape.step),
       workers_([&character, &target, &options, this] {
         return Worker{Evaluator(character, target, fine_, options.weights), Evaluator(character, target, coarse_, options.weights),
+                      Descent(character, target, unknowns_, options.weights, kFeasibility,
+                              {{[this](const Skeleton& skeleton) { return pin_error(skeleton); }, kPinned}, {[this](const Skeleton& skeleton) { return painted_(skeleton); }, kPainted}}),
                       {Eigen::Isometry3d::Identity(), Eigen::VectorXd::Zero(character.angle_count)},
                       Morphology::Ones(Eigen::Index(character.bones.size()))};
       }),
@@ -91,8 +90,8 @@ double Search::pin_error(const Skeleton& skeleton) const {
   return error;
 }
 
-double Search::value_of(Worker& worker, const Job& job) const {
-  unknowns_.read(job.y, job.start, worker.pose, worker.morphology);
+double Search::value_of(Worker& worker, const Candidate& candidate) const {
+  unknowns_.read(candidate.y, candidate.start, worker.pose, worker.morphology);
   Evaluator& evaluator = rough_ ? worker.coarse : worker.fine;
   Evaluation evaluation = evaluator.without_flood(worker.pose, worker.morphology);
   if (rough_ && kFeasibility * evaluation.violation > kFarOut)
@@ -106,16 +105,8 @@ double Search::value_of(const Evaluation& evaluation, const Skeleton& skeleton) 
   return evaluation.terms.total + kFeasibility * evaluation.violation + kPinned * pin_error(skeleton) + kPainted * painted_(skeleton);
 }
 
-void Search::evaluate(std::vector<Job>& jobs) {
-  // In pieces, so that a stop is heard soon; each value goes to its own place, whichever thread has it.
-  const std::size_t piece = 8 * std::size_t(arena_.max_concurrency());
-  for (std::size_t begin = 0; begin < jobs.size(); begin += piece) {
-    arena_.execute([&] {
-      tbb::parallel_for(begin, std::min(jobs.size(), begin + piece), [&](std::size_t k) { jobs[k].value = value_of(workers_.local(), jobs[k]); });
-    });
-    evaluations_ += long(std::min(jobs.size(), begin + piece) - begin);
-    tick();
-  }
+void Search::evaluate(std::vector<Candidate>& candidates) {
+  for_each_in_pieces(candidates.size(), 1, [&](std::size_t k) { candidates[k].value = value_of(workers_.local(), candidates[k]); });
 }
 
 Embedding Search::embedding_of(const Eigen::VectorXd& y, const StartPlace& start) {
@@ -128,32 +119,14 @@ Embedding Search::embedding_of(const Eigen::VectorXd& y, const StartPlace& start
           painted_(evaluator.skeleton())};
 }
 
-CmaEs Search::optimiser(const Eigen::VectorXd& mean, double sigma, int population, std::uint64_t stream) const {
+CmaEs Search::optimiser(double sigma, int population, std::uint64_t stream) const {
   CmaEs::Options options;
   options.population = population;
   options.seed = options_.seed * 1000003 + stream;
   options.diagonal = wide_;  // as long as runs are, they can't learn more
   options.tol_fun = 1e-3;
   options.tol_x = 1e-3;
-  return CmaEs(mean, sigma, options);
-}
-
-/// The most promising of random poses, no search yet; start rotations take turns.
-std::vector<Search::Job> Search::screened(std::size_t count) {
-  const std::vector<Eigen::Matrix3d> rotations = unknowns_.start_rotations();
-  Random random(options_.seed);
-  const auto tries = std::size_t(kPosesTried);
-  std::vector<Job> jobs;
-  for (std::size_t k = 0; k < count * tries; ++k) {
-    Job job{Eigen::VectorXd::Zero(unknowns_.count()), {rotations[k / tries % rotations.size()], start_head_}};
-    for (Eigen::Index i = unknowns_.root_count(); i < job.y.size(); ++i) job.y[i] = random.uniform(-0.6, 0.6);
-    jobs.push_back(std::move(job));
-  }
-  evaluate(jobs);
-  std::vector<Job> best;
-  for (auto begin = jobs.begin(); begin != jobs.end(); begin += kPosesTried)
-    best.push_back(*std::min_element(begin, begin + kPosesTried, [](const Job& a, const Job& b) { return a.value < b.value; }));
-  return best;
+  return CmaEs(Eigen::VectorXd::Zero(unknowns_.count()), sigma, options);
 }
 
 /// Times the usual population.
@@ -161,60 +134,79 @@ double Search::breadth() const {
   return std::clamp(double(options_.evaluations) / (kEvaluationsAnUnknown * unknowns_.count()), 1.0, kLargestPopulation);
 }
 
-std::vector<Search::Run> Search::started(std::size_t count) {
+/// The candidates are evaluated once more, finely. A run's own unknowns are such that the pose's geometry (Descent) changes in all of them alike.
+std::vector<Search::Run> Search::started(const std::vector<Candidate>& candidates) {
   const int population = int(breadth() * CmaEs::default_population(unknowns_.count()));
-  Random random(~options_.seed);
   std::vector<Run> runs;
-  for (Job& job : screened(count)) {
-    const std::uint64_t stream = runs.size() + 1;
-    const double sigma = random.uniform() < 0.5 ? kWideSigma : kNarrowSigma;
-    runs.push_back({optimiser(job.y, sigma, population, stream), job.start, stream, 0, 0, job.y, job.value, {}});
+  for (const Candidate& candidate : candidates) {
+    Worker& worker = workers_.local();
+    Candidate now = candidate;
+    now.value = value_of(worker, now);
+    worker.descent.look(worker.fine, now.y, now.start);
+    runs.push_back(run_from(now, kWideSigma, population, runs.size() + 1));
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(worker.descent.curvature());
+    const Eigen::VectorXd curvatures = axes.eigenvalues().cwiseMax(0).array() + kLeastCurvature * axes.eigenvalues().mean() + std::numeric_limits<double>::min();
+    Eigen::VectorXd lengths = curvatures.cwiseSqrt().cwiseInverse();
+    lengths /= std::exp(lengths.array().log().mean());
+    runs.back().basis = axes.eigenvectors() * lengths.asDiagonal();
+    tick();
   }
   return runs;
 }
 
-void Search::take(const Run& run) {
-  if (!(run.best_value < best_value_)) return;
-  best_value_ = run.best_value;
-  if (best_so_far_) best_so_far_(embedding_of(run.best, run.start));
+Search::Run Search::run_from(const Candidate& candidate, double sigma, int population, std::uint64_t stream) const {
+  const Eigen::Index n = unknowns_.count();
+  return {optimiser(sigma, population, stream), candidate.start, candidate.y, Eigen::MatrixXd::Identity(n, n), stream, 0, 0, candidate.y, candidate.value, {}};
+}
+
+void Search::take(const Eigen::VectorXd& y, const StartPlace& start, double value) {
+  if (!(value < best_value_)) return;
+  best_value_ = value;
+  if (best_so_far_) best_so_far_(embedding_of(y, start));
 }
 
 void Search::restart(Run& run) {
   ++run.restarts;
-  run.cma = optimiser(run.best, kRestartSigma, 2 * run.cma.population(), 7919 * std::uint64_t(run.restarts) + run.stream);
+  run.origin = run.best;
+  run.cma = optimiser(kRestartSigma, 2 * run.cma.population(), 7919 * std::uint64_t(run.restarts) + run.stream);
 }
 
 void Search::advance_once(std::vector<Run*>& active) {
-  std::vector<Job> jobs;
+  std::vector<Candidate> candidates;
   for (Run* run : active) {
     const Eigen::MatrixXd& samples = run->cma.ask();
-    for (Eigen::Index k = 0; k < samples.cols(); ++k) jobs.push_back({samples.col(k), run->start});
+    for (Eigen::Index k = 0; k < samples.cols(); ++k) candidates.push_back({run->origin + run->basis * samples.col(k), run->start});
   }
-  evaluate(jobs);
-  auto job = jobs.begin();
+  evaluate(candidates);
+  auto candidate = candidates.begin();
   for (Run* run : active) {
     Eigen::VectorXd values(run->cma.population());
     for (double& value : values) {
-      value = job->value;
+      value = candidate->value;
       if (value < run->best_value) {
         run->best_value = value;
-        run->best = job->y;
+        run->best = candidate->y;
       }
-      ++job;
+      ++candidate;
     }
     run->cma.tell(values);
     run->used += run->cma.population();
-    take(*run);
+    take(run->best, run->start, run->best_value);
   }
 }
 
-/// Where the leading one of these runs is: a pose that is better than all before comes too seldom to be watched.
-void Search::show(const std::vector<Run*>& active) {
+/// A pose that is better than all before comes too seldom to be watched.
+void Search::show(const Eigen::VectorXd& y, const StartPlace& start) {
   const auto now = std::chrono::steady_clock::now();
   if (!options_.trying || now - shown_ < kShown) return;
   shown_ = now;
-  const Run& leader = **std::min_element(active.begin(), active.end(), [](const Run* a, const Run* b) { return a->best_value < b->best_value; });
-  options_.trying(embedding_of(leader.cma.mean(), leader.start));
+  options_.trying(embedding_of(y, start));
+}
+
+void Search::watch(const std::vector<Candidate>& candidates) {
+  const Candidate& best = *std::min_element(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.value < b.value; });
+  take(best.y, best.start, best.value);
+  show(best.y, best.start);
 }
 
 /// All runs together, generation by generation, until each has converged or used `bound` evaluations.
@@ -234,7 +226,8 @@ void Search::advance(std::vector<Run>& runs, long bound) {
       const auto end = begin + std::min<std::ptrdiff_t>(kTogether, active.end() - begin);
       std::vector<Run*> some(begin, end);
       advance_once(some);
-      show(some);
+      const Run& leader = **std::min_element(some.begin(), some.end(), [](const Run* a, const Run* b) { return a->best_value < b->best_value; });
+      show(leader.origin + leader.basis * leader.cma.mean(), leader.start);
       begin = end;
     }
   }
@@ -264,16 +257,6 @@ std::vector<Search::Run> Search::best_that_differ(std::vector<Run>& runs, std::s
   return kept;
 }
 
-/// From here on evaluations are on the fine grid: values so far do not compare with those.
-void Search::go_on_finely(std::vector<Run>& runs) {
-  rough_ = false;
-  best_value_ = std::numeric_limits<double>::infinity();
-  std::vector<Job> jobs;
-  for (const Run& run : runs) jobs.push_back({run.best, run.start});
-  evaluate(jobs);
-  for (std::size_t k = 0; k < runs.size(); ++k) runs[k].best_value = jobs[k].value;
-}
-
 /// Runs a few candidates to their end; each that has become a solution unlike all before is told.
 void Search::finish(std::vector<Run>& finalists, std::vector<Run>& ended, const Hear& found) {
   advance(finalists, options_.evaluations);
@@ -290,19 +273,18 @@ std::vector<Embedding> Search::wide(int count, double least_difference, const He
   const long bound = options_.evaluations;
   const auto within = [&](long length) { return std::min(long(breadth() * double(length)), bound); };
   const auto together = std::size_t(options_.runs), finalists = std::max(together, std::size_t(count) * 3 / 2);
-  const auto starts = finalists * std::size_t(std::ceil(options_.starts / breadth()));
-  const auto promising = std::max(finalists, starts / kPromising), good = std::max(finalists, starts / kGood);
-  const long brief = within(kShortRun), middle = within(kMiddleRun), late = within(kLongRun);
-  planned_ = long(starts) * (kPosesTried + brief) + long(promising) * (middle - brief) + long(good) * (late - middle) +
-             long(finalists) * (bound - late);
+  const std::size_t first = kFirst * finalists, second = kSecond * finalists;
+  planned_ = planned_for_beginnings(finalists * std::size_t(options_.starts)) + long(first) * within(kShortRun) + long(second) * (within(kMiddleRun) - within(kShortRun)) +
+             long(finalists) * (bound - within(kMiddleRun));
   rough_ = true;
-  std::vector<Run> runs = started(starts);
-  advance(runs, brief);
-  runs = best_that_differ(runs, promising);
-  advance(runs, middle);
-  runs = best_that_differ(runs, good);
-  advance(runs, late);
-  go_on_finely(runs);
+  const std::vector<Candidate> candidates = beginnings(finalists * std::size_t(options_.starts));
+  rough_ = false;
+  best_value_ = std::numeric_limits<double>::infinity();  // values so far do not compare with those to come
+  std::vector<Run> runs = started(candidates);
+  runs = best_that_differ(runs, first);
+  advance(runs, within(kShortRun));
+  runs = best_that_differ(runs, second);
+  advance(runs, within(kMiddleRun));
   std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.best_value < b.best_value; });
   std::vector<Run> ended;
   std::vector<Embedding> solutions;
@@ -333,11 +315,11 @@ Embedding Search::careful(const Embedding& from) {
   planned_ = options_.evaluations;
   StartPlace start;
   const Eigen::VectorXd y = unknowns_.write(from.pose, from.morphology, start);
-  std::vector<Job> given{{y, start}};
+  std::vector<Candidate> given{{y, start}};
   evaluate(given);
-  std::vector<Run> runs;
-  runs.push_back({optimiser(y, kCarefulSigma, 0, 1), start, 1, 1, 0, y, given[0].value, {}});
-  take(runs[0]);
+  watch(given);
+  std::vector<Run> runs{run_from(given[0], kCarefulSigma, 0, 1)};
+  runs[0].used = 1;
   advance(runs, options_.evaluations);
   return embedding_of(runs[0].best, runs[0].start);
 }

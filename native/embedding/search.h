@@ -1,9 +1,12 @@
-// The search for embeddings: many starts, of which the good and different ones go on (successive halving over CMA-ES runs).
+// The search for embeddings: many starts go downhill, the best are changed limb by limb, and of those the good and different ones go on
+// (successive halving over CMA-ES runs).
 #pragma once
 
 #include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <limits>
@@ -12,6 +15,7 @@
 
 #include "common/progress.h"
 #include "embedding/cma_es.h"
+#include "embedding/descent.h"
 #include "embedding/difference.h"
 #include "embedding/embedding.h"
 #include "embedding/evaluator.h"
@@ -39,18 +43,22 @@ class Search {
  private:
   struct Worker {
     Evaluator fine, coarse;
+    Descent descent;
     Pose pose;
     Morphology morphology;
   };
   /// A place to evaluate; the value is put there.
-  struct Job {
+  struct Candidate {
     Eigen::VectorXd y;
     StartPlace start;
     double value = 0;
   };
+  /// CMA-ES in unknowns of its own, z: y = origin + basis * z.
   struct Run {
     CmaEs cma;
     StartPlace start;
+    Eigen::VectorXd origin;
+    Eigen::MatrixXd basis;
     std::uint64_t stream = 0;  ///< of its random numbers
     long used = 0;             ///< evaluations of this run and those before its restarts
     int restarts = 0;
@@ -59,19 +67,31 @@ class Search {
     Partition partition = {};  ///< of its best, when it was last asked for
   };
 
+  // Where runs begin (beginnings.cpp).
+  std::vector<Candidate> beginnings(std::size_t count);
+  static long planned_for_beginnings(std::size_t count);
+  std::vector<Candidate> screened(std::size_t count);
+  void descend(std::vector<Candidate>& candidates, int steps);
+  void descend(Candidate& candidate, int steps);
+  void hop(std::vector<Candidate>& candidates);
+  void change(Candidate& candidate, const std::vector<Candidate>& all, Random& random) const;
+  bool is_below(int bone, int ancestor) const;
+
   double breadth() const;
-  std::vector<Run> started(std::size_t count);
-  std::vector<Job> screened(std::size_t count);
-  void go_on_finely(std::vector<Run>& runs);
+  std::vector<Run> started(const std::vector<Candidate>& candidates);
   void advance(std::vector<Run>& runs, long bound);
   void advance_once(std::vector<Run*>& active);
   void restart(Run& run);
-  void show(const std::vector<Run*>& active);
-  void evaluate(std::vector<Job>& jobs);
-  double value_of(Worker& worker, const Job& job) const;
+  void watch(const std::vector<Candidate>& candidates);
+  void show(const Eigen::VectorXd& y, const StartPlace& start);
+  void evaluate(std::vector<Candidate>& candidates);
+  /// Calls f(k) for each k below count on all cores, in pieces, so that a stop is heard soon.
+  template <class F>
+  void for_each_in_pieces(std::size_t count, long evaluations_each, const F& f);
+  double value_of(Worker& worker, const Candidate& candidate) const;
   double pin_error(const Skeleton& skeleton) const;
   double value_of(const Evaluation& evaluation, const Skeleton& skeleton) const;
-  void take(const Run& run);
+  void take(const Eigen::VectorXd& y, const StartPlace& start, double value);
   void read_partition(Run& run);
   bool differs(const Run& run, const std::vector<Run>& from) const;
   std::vector<Run> best_that_differ(std::vector<Run>& runs, std::size_t count);
@@ -79,9 +99,11 @@ class Search {
   void settle(std::vector<Run>& ended);
   bool sound(const Run& run);
   Embedding embedding_of(const Eigen::VectorXd& y, const StartPlace& start);
-  CmaEs optimiser(const Eigen::VectorXd& mean, double sigma, int population, std::uint64_t stream) const;
+  Run run_from(const Candidate& candidate, double sigma, int population, std::uint64_t stream) const;
+  CmaEs optimiser(double sigma, int population, std::uint64_t stream) const;
   void tick() { progress_(std::min(1.0, double(evaluations_) / double(planned_)), "embedding"); }
 
+  const Character& character_;
   const EmbeddingOptions& options_;
   bool symmetric_;
   const Progress& progress_;
@@ -101,5 +123,16 @@ class Search {
   std::chrono::steady_clock::time_point shown_{};
   double best_value_ = std::numeric_limits<double>::infinity();
 };
+
+template <class F>
+void Search::for_each_in_pieces(std::size_t count, long evaluations_each, const F& f) {
+  const std::size_t piece = 8 * std::size_t(arena_.max_concurrency());
+  for (std::size_t begin = 0; begin < count; begin += piece) {
+    const std::size_t end = std::min(count, begin + piece);
+    arena_.execute([&] { tbb::parallel_for(begin, end, f); });
+    evaluations_ += long(end - begin) * evaluations_each;
+    tick();
+  }
+}
 
 }  // namespace transformables

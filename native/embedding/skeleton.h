@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <limits>
 #include <vector>
 
 #include "character/character.h"
@@ -28,6 +30,11 @@ class Skeleton {
 
   void set(const Pose& pose, const Morphology& morphology);
   CapsuleCollisions collisions() const;
+  /// Squared distance from a bone's axis; `at` becomes the nearest of its segments.
+  inline double distance2(int bone, const Eigen::Vector3d& p, int& at) const;
+  /// Pairs of bones that may collide, joined ones among them, and how deep one is in the other: 0 when they don't touch.
+  std::size_t pair_count() const { return pairs_.size(); }
+  double depth(std::size_t pair) const { return depth(pairs_[pair]); }
   /// Calls visit(i, j, depth) for each pair of bones i < j, not joined, whose capsules are in one another.
   template <class Visit>
   void for_each_collision(const Visit& visit) const {
@@ -65,5 +72,20 @@ class Skeleton {
   std::vector<Link> links_;
   std::vector<double> scales_, reach_;          ///< reach: how far a bone's segments go from its head
 };
+
+inline double Skeleton::distance2(int bone, const Eigen::Vector3d& p, int& at) const {
+  double least = std::numeric_limits<double>::infinity();
+  const int end = first_segment[std::size_t(bone) + 1];
+  for (int s = first_segment[std::size_t(bone)]; s < end; ++s) {
+    const PosedSegment& segment = segments[std::size_t(s)];
+    const Eigen::Vector3d from = p - segment.a;
+    const double free = from.dot(segment.direction), along = std::clamp(free, 0.0, segment.length);
+    const double square = from.squaredNorm() - along * (2 * free - along);
+    if (square >= least) continue;
+    least = square;
+    at = s;
+  }
+  return std::max(least, 0.0);
+}
 
 }  // namespace transformables

@@ -25,6 +25,7 @@ Unknowns::Unknowns(const Character& character, const Target& target, const Embed
   find_angles();
   find_scales(options);
   find_anchor(options.pinned);
+  find_bones();
 }
 
 void Unknowns::find_locks(const EmbeddingOptions& options) {
@@ -96,6 +97,15 @@ void Unknowns::find_scales(const EmbeddingOptions& options) {
     const int mirror = character_.bones[std::size_t(i)].mirror;
     if (mirror > i) kept_scales_[mirror] = kept_scales_[i];
   }
+}
+
+void Unknowns::find_bones() {
+  std::vector<int> of_angle(std::size_t(character_.angle_count));
+  for (std::size_t b = 0; b < character_.bones.size(); ++b)
+    for (std::size_t k = 0; k < character_.bones[b].hinges.size(); ++k) of_angle[std::size_t(character_.bones[b].first_angle) + k] = int(b);
+  bones_.assign(std::size_t(root_count_), 0);
+  for (const Angle& angle : angles_) bones_.push_back(of_angle[std::size_t(angle.index)]);
+  for (const Scale& scale : scales_) bones_.push_back(scale.bone);
 }
 
 void Unknowns::find_anchor(const std::vector<PinnedBone>& pinned) {

@@ -29,6 +29,8 @@ class Unknowns {
 
   int count() const { return root_count_ + int(angles_.size()) + int(scales_.size()); }
   int root_count() const { return root_count_; }
+  /// Of each unknown: the bone that it turns or scales, or the first of two that are mirror images; the root for the root's own.
+  const std::vector<int>& bones() const { return bones_; }
 
   /// `pose.angles` and `morphology` must have their sizes; nothing is allocated.
   void read(const Eigen::VectorXd& y, const StartPlace& start, Pose& pose, Morphology& morphology) const;
@@ -52,6 +54,7 @@ class Unknowns {
   void find_locks(const EmbeddingOptions& options);
   void find_angles();
   void find_scales(const EmbeddingOptions& options);
+  void find_bones();
   void find_anchor(const std::vector<PinnedBone>& pinned);
   void add_angle(int index, int mirror, double sign);
   void read_root(const Eigen::VectorXd& y, const StartPlace& start, Pose& pose) const;
@@ -63,6 +66,7 @@ class Unknowns {
   int root_count_ = 6;
   std::vector<Angle> angles_;
   std::vector<Scale> scales_;
+  std::vector<int> bones_;
   std::vector<double> low_, high_;  ///< limits of each angle of the character
   std::vector<double> kept_;        ///< each angle's value when it is no unknown
   std::vector<char> locked_;        ///< of each angle

@@ -1,0 +1,127 @@
+// Where the search's runs begin: random poses that went downhill, and came nearer to each other's best limbs.
+#include <algorithm>
+#include <cmath>
+
+#include "embedding/search.h"
+
+namespace transformables {
+namespace {
+
+constexpr std::size_t kPosesTried = 16;  // random poses for each that goes downhill
+constexpr double kWithin = 0.6;          // of the range of each unknown
+constexpr int kSteps = 20;               // downhill, at most
+constexpr double kDamping = 0.1, kLeastDamping = 1e-3, kMostDamping = 1e3, kEased = 0.3, kStiffened = 5;
+constexpr double kSettled = 1e-3;        // a step that gains less, of the value, is the last
+// Of the poses one in ten is changed again and again, goes some steps downhill, and gives way when that made it better.
+constexpr std::size_t kKept = 10, kFewest = 4;
+constexpr int kHops = 60, kStepsAfter = 8;
+constexpr double kNewLimb = 0.4, kTakenLimb = 0.3;  // how often; else all unknowns are shaken
+constexpr double kWithinLimb = 0.8, kShaken = 0.15;
+
+std::size_t kept_of(std::size_t count) { return std::min(count, std::max(kFewest, count / kKept)); }
+
+}  // namespace
+
+/// The most promising of random poses; start rotations take turns.
+std::vector<Search::Candidate> Search::screened(std::size_t count) {
+  const std::vector<Eigen::Matrix3d> rotations = unknowns_.start_rotations();
+  Random random(options_.seed);
+  std::vector<Candidate> tried;
+  for (std::size_t k = 0; k < count * kPosesTried; ++k) {
+    Candidate candidate{Eigen::VectorXd::Zero(unknowns_.count()), {rotations[k / kPosesTried % rotations.size()], start_head_}};
+    for (Eigen::Index i = unknowns_.root_count(); i < candidate.y.size(); ++i) candidate.y[i] = random.uniform(-kWithin, kWithin);
+    tried.push_back(std::move(candidate));
+  }
+  evaluate(tried);
+  std::vector<Candidate> best;
+  for (auto begin = tried.begin(); begin != tried.end(); begin += kPosesTried)
+    best.push_back(*std::min_element(begin, begin + kPosesTried, [](const Candidate& a, const Candidate& b) { return a.value < b.value; }));
+  return best;
+}
+
+/// Downhill as Descent sees it; of the poses on the way that one is kept which is best on the whole.
+void Search::descend(Candidate& candidate, int steps) {
+  Worker& worker = workers_.local();
+  const auto height = [&](const Eigen::VectorXd& y, double& value) {
+    unknowns_.read(y, candidate.start, worker.pose, worker.morphology);
+    const Evaluation evaluation = worker.coarse(worker.pose, worker.morphology);
+    value = value_of(evaluation, worker.coarse.skeleton());
+    const ObjectiveTerms& terms = evaluation.terms;
+    return value - options_.weights.skin * terms.skin - options_.weights.unfold * terms.unfold;
+  };
+  Eigen::VectorXd y = candidate.y;
+  double value, damping = kDamping, here = height(y, candidate.value);
+  worker.descent.look(worker.coarse, y, candidate.start);
+  for (int k = 0; k < steps && damping <= kMostDamping; ++k) {
+    const Eigen::VectorXd next = y + worker.descent.step(damping);
+    const double there = height(next, value);
+    if (value < candidate.value) {
+      candidate.value = value;
+      candidate.y = next;
+    }
+    if (!(there < here)) {
+      damping *= kStiffened;
+      continue;
+    }
+    const bool settled = here - there < kSettled * here;
+    y = next;
+    here = there;
+    if (settled) break;
+    damping = std::max(kLeastDamping, kEased * damping);
+    if (k + 1 < steps) worker.descent.look(worker.coarse, y, candidate.start);
+  }
+}
+
+void Search::descend(std::vector<Candidate>& candidates, int steps) {
+  for_each_in_pieces(candidates.size(), steps, [&](std::size_t k) { descend(candidates[k], steps); });
+  watch(candidates);
+}
+
+/// A limb anew, or another's, or a little of everything.
+void Search::change(Candidate& candidate, const std::vector<Candidate>& all, Random& random) const {
+  const std::vector<int>& bones = unknowns_.bones();
+  const Eigen::Index root = unknowns_.root_count(), own = candidate.y.size() - root;
+  const double kind = random.uniform();
+  if (own == 0 || kind >= kNewLimb + kTakenLimb) {
+    for (double& number : candidate.y) number += kShaken * random.normal();
+    return;
+  }
+  const int limb = bones[std::size_t(root) + std::size_t(random.uniform() * double(own))];
+  const Candidate& other = all[std::size_t(random.uniform() * double(all.size()))];
+  for (Eigen::Index u = root; u < candidate.y.size(); ++u)
+    if (is_below(bones[std::size_t(u)], limb)) candidate.y[u] = kind < kNewLimb ? random.uniform(-kWithinLimb, kWithinLimb) : other.y[u];
+}
+
+bool Search::is_below(int bone, int ancestor) const {
+  while (bone > ancestor) bone = character_.bones[std::size_t(bone)].parent;
+  return bone == ancestor;
+}
+
+/// The best of them, changed one by one for the better.
+void Search::hop(std::vector<Candidate>& candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.value < b.value; });
+  candidates.resize(kept_of(candidates.size()));
+  for (int hop = 0; hop < kHops; ++hop) {
+    std::vector<Candidate> changed = candidates;
+    for (std::size_t k = 0; k < changed.size(); ++k) {
+      Random random(options_.seed * 7919 + 104729 * std::uint64_t(hop) + k);
+      change(changed[k], candidates, random);
+    }
+    descend(changed, kStepsAfter);
+    for (std::size_t k = 0; k < changed.size(); ++k)
+      if (changed[k].value < candidates[k].value) candidates[k] = std::move(changed[k]);
+  }
+}
+
+long Search::planned_for_beginnings(std::size_t count) {
+  return long(count) * (long(kPosesTried) + kSteps) + long(kept_of(count)) * kHops * kStepsAfter;
+}
+
+std::vector<Search::Candidate> Search::beginnings(std::size_t count) {
+  std::vector<Candidate> candidates = screened(count);
+  descend(candidates, kSteps);
+  hop(candidates);
+  return candidates;
+}
+
+}  // namespace transformables
