@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "folding/cores.h"
-#include "folding/costs.h"
 #include "folding/folding.h"
 
 namespace transformables {

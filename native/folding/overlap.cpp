@@ -166,14 +166,9 @@ std::size_t overlapping_samples(const PartSamples& a, const PartField& b, const 
 
 namespace {
 
-/// Samples that two parts lose when one of them gives way.
-struct Loss {
-  std::size_t samples = 0;
-  std::vector<std::uint32_t> gone;
-};
-
-Loss loss_of(const Parts& parts, int loser, int winner, const PairMotion& there, const PairMotion& back, float tolerance, std::size_t enough, bool tell) {
-  Loss loss;
+/// What two parts lose when one of them gives way; counted up to `enough`.
+GivingWay loss_of(const Parts& parts, int loser, int winner, const PairMotion& there, const PairMotion& back, float tolerance, std::size_t enough, bool tell) {
+  GivingWay loss;
   const auto sweep = [&](const PartSamples& samples, const PartField& field, const PairMotion& motion) {
     if (loss.samples >= enough) return;
     std::vector<char> hit;
@@ -195,11 +190,10 @@ GivingWay giving_way(const Parts& parts, int a, int b, const PairMotion& there, 
   const bool a_smaller = parts.samples[a].points.size() <= parts.samples[b].points.size();  // the cheaper look often tells enough
   const std::size_t any = a_smaller ? swept_samples(parts.samples[a], parts.fields[b], there, tolerance, nullptr, 1)
                                     : swept_samples(parts.samples[b], parts.fields[a], back, tolerance, nullptr, 1);
-  if (any == 0) return {a, 0, {}};
-  Loss first = loss_of(parts, a, b, there, back, tolerance, kAll, tell);
-  Loss second = loss_of(parts, b, a, back, there, tolerance, first.samples, tell);
-  if (second.samples < first.samples) return {b, second.samples, std::move(second.gone)};
-  return {a, first.samples, std::move(first.gone)};
+  if (any == 0) return {};
+  GivingWay first = loss_of(parts, a, b, there, back, tolerance, kAll, tell);
+  GivingWay second = loss_of(parts, b, a, back, there, tolerance, first.samples, tell);
+  return second.samples < first.samples ? second : first;
 }
 
 std::vector<std::int16_t> skins_of(std::vector<std::int16_t> owner, const Skeletons& skeletons) {

@@ -159,12 +159,12 @@ PartField skeleton_field(const Skeletons& skeletons, const GridShape& shape, int
 /// `owner` without the samples that its bone's skeleton holds.
 std::vector<std::int16_t> skins_of(std::vector<std::int16_t> owner, const Skeletons& skeletons);
 
-/// What carving takes from a pair of parts in one move: either gives way to the other, but for its skeleton, to which the other gives way.
+/// What carving takes from a pair of parts in one move: one gives way to the other, but for its skeleton, to which the other gives way.
 struct GivingWay {
-  int loser = 0;                                 ///< who gives way, so that the two lose the least
-  std::size_t samples = 0;                       ///< that both lose
-  std::vector<std::uint32_t> gone;               ///< those, when they are asked for
+  std::size_t samples = 0;           ///< that the two lose
+  std::vector<std::uint32_t> gone;   ///< those, when they are asked for
 };
+/// The lesser of what it takes when A and when B gives way.
 /// @param there  part A's motion against part B
 /// @param tell  whether `gone` is wanted
 GivingWay giving_way(const Parts& parts, int a, int b, const PairMotion& there, float tolerance, bool tell);
