@@ -6,6 +6,8 @@
 #include <cmath>
 #include <memory>
 
+#include "folding/cores.h"
+
 namespace transformables::folding {
 namespace {
 
@@ -72,7 +74,8 @@ struct Costs::Task {
 
 Costs::Costs(const Design& design, const FoldingOptions& options)
     : design_(design), options_(options), units_(units_of(design, options)),
-      parts_(parts_of(design.segmentation, design.target, stride_of(design.target))) {
+      parts_(parts_of(design.segmentation, design.target, stride_of(design.target),
+                      options.cost == MoveCost::kSweptVolume ? skeletons_of(design) : Skeletons{})) {  // the paper's cost knows of no skeletons
   const int bones = design.bones();
   const std::vector<int> bone_of = design.bone_of_angle();
   std::vector<std::vector<char>> below(bones);  // [b]: flags of the bones that turn with b
@@ -145,8 +148,8 @@ double Costs::sum(const Edge& edge) const {
 
 double Costs::pair_cost(const SampledMove& move, int a, int b) const {
   const float tolerance = float(options_.tolerance_steps);
-  if (options_.cost == MoveCost::kSweptVolume) return double(swept_both_ways(parts_, move, a, b, tolerance));
   const PairMotion motion = move.pair(a, b);
+  if (options_.cost == MoveCost::kSweptVolume) return double(giving_way(parts_, a, b, motion, tolerance, false).samples);
   double total = 0;
   for (const Rigid& a_to_b : motion.a_to_b) total += double(overlapping_samples(parts_.samples[a], parts_.fields[b], a_to_b, tolerance));
   return total / double(motion.a_to_b.size());
@@ -176,16 +179,6 @@ std::optional<Step> Costs::step_of(const Move& move) const {
       if (fits) return Step{int(u), int(level)};
     }
   return {};
-}
-
-std::size_t swept_both_ways(const Parts& parts, const SampledMove& move, int a, int b, float tolerance) {
-  const PairMotion motion = move.pair(a, b);
-  const bool a_first = parts.samples[a].points.size() <= parts.samples[b].points.size();  // the cheaper look often tells enough
-  const std::size_t once = a_first ? swept_samples(parts.samples[a], parts.fields[b], motion, tolerance)
-                                   : swept_samples(parts.samples[b], parts.fields[a], motion.reversed(), tolerance);
-  if (once == 0) return 0;
-  return a_first ? swept_samples(parts.samples[b], parts.fields[a], motion.reversed(), tolerance, nullptr, once)
-                 : swept_samples(parts.samples[a], parts.fields[b], motion, tolerance, nullptr, once);
 }
 
 }  // namespace transformables::folding

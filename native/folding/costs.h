@@ -63,7 +63,4 @@ class Costs {
   long expansions_ = 0;
 };
 
-/// Of two parts in one move the lesser number of samples that is ever inside the other.
-std::size_t swept_both_ways(const Parts& parts, const SampledMove& move, int a, int b, float tolerance);
-
 }  // namespace transformables::folding

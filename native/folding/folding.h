@@ -28,7 +28,7 @@ struct Collision {
   std::size_t move = 0;       ///< index into FoldPath::moves
   double fraction = 0;        ///< of the move, 0 to 1, where it is worst
   double volume = 0;          ///< cubic target units, there
-  double swept = 0;           ///< of the two the lesser volume that is ever inside the other in this move: what carving would cost; 0: not known
+  double swept = 0;           ///< what the two lose in this move when the one gives way that costs less: what carving would cost; 0: not known
   std::optional<Eigen::Vector3d> place{};   ///< where it is worst, on bone_a's part: bone_a's frame, target units
 };
 
@@ -42,7 +42,7 @@ struct FoldPath {
 
 /// What a move costs.
 enum class MoveCost {
-  kSweptVolume,  ///< what would have to be carved: of each pair of parts the lesser volume that is ever inside the other
+  kSweptVolume,  ///< what would have to be carved: of each pair of parts the lesser loss when one lets the other pass; skeletons give nothing
   kNetOverlap,   ///< the paper's Eq. 11: overlap of a configuration, mean over the move
 };
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "folding/costs.h"
+#include "folding/cores.h"
 #include "folding/folding.h"
 
 namespace transformables {
@@ -29,9 +29,9 @@ Eigen::Vector3f middle_of_overlap(const PartSamples& a, const PartField& b, cons
 
 PairFacts facts_of(const Parts& parts, const Design& design, const SampledMove& move, int a, int b, float tolerance) {
   PairFacts facts;
-  facts.swept = swept_both_ways(parts, move, a, b, tolerance);
-  if (facts.swept == 0) return facts;
   const PairMotion there = move.pair(a, b), back = there.reversed();
+  facts.swept = giving_way(parts, a, b, there, tolerance, false).samples;
+  if (facts.swept == 0) return facts;
   std::size_t most = 0;
   Eigen::Vector3f place = Eigen::Vector3f::Zero();
   for (std::size_t t = 0; t < there.a_to_b.size(); ++t) {
@@ -52,7 +52,7 @@ PairFacts facts_of(const Parts& parts, const Design& design, const SampledMove& 
 }
 
 FoldPath measured_path(const FoldPath& path, const Design& design, const FoldingOptions& options) {
-  const Parts parts = parts_of(design.segmentation, design.target);
+  const Parts parts = parts_of(design.segmentation, design.target, 1, skeletons_of(design));
   FoldPath result;
   result.moves = path.moves;
   result.cut_short = path.cut_short;

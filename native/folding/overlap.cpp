@@ -57,6 +57,16 @@ PartField::PartField(const std::vector<std::int16_t>& owner, const GridShape& sh
   for (std::size_t i = 0; i < own.size(); ++i) values_[i] = own[i] ? 0.5f - std::sqrt(depth[i]) : std::sqrt(values_[i]) - 0.5f;
 }
 
+void PartField::unite(const std::vector<std::pair<Eigen::Vector3i, float>>& near) {
+  if (values_.empty()) return;
+  for (const auto& [c, value] : near) {
+    const Eigen::Vector3i at = c - low_;
+    if ((at.array() < 0).any() || (at.array() >= size_.array()).any()) continue;
+    float& mine = values_[(std::size_t(at.z()) * size_.y() + at.y()) * size_.x() + at.x()];
+    mine = std::min(mine, value);
+  }
+}
+
 PartSamples::PartSamples(const std::vector<std::int16_t>& owner, const GridShape& shape, const std::vector<std::size_t>& inside,
                          int bone, int stride) {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // small brick, those of a brick after each other; sample
@@ -154,7 +164,51 @@ std::size_t overlapping_samples(const PartSamples& a, const PartField& b, const 
   return hits;
 }
 
-Parts parts_of(const Segmentation& segmentation, const Target& target, int stride) {
+namespace {
+
+/// What two parts lose when one of them gives way; counted up to `enough`.
+GivingWay loss_of(const Parts& parts, int loser, int winner, const PairMotion& there, const PairMotion& back, float tolerance, std::size_t enough, bool tell) {
+  GivingWay loss;
+  const auto sweep = [&](const PartSamples& samples, const PartField& field, const PairMotion& motion) {
+    if (loss.samples >= enough) return;
+    std::vector<char> hit;
+    loss.samples += swept_samples(samples, field, motion, tolerance, tell ? &hit : nullptr, enough - loss.samples);
+    for (std::size_t i = 0; i < hit.size(); ++i)
+      if (hit[i]) loss.gone.push_back(samples.index[i]);
+  };
+  const bool plain = parts.skeletons.empty();
+  if (!plain) sweep(parts.samples[winner], parts.skeletons[loser], back);
+  sweep(plain ? parts.samples[loser] : parts.skins[loser], parts.fields[winner], there);
+  return loss;
+}
+
+}  // namespace
+
+GivingWay giving_way(const Parts& parts, int a, int b, const PairMotion& there, float tolerance, bool tell) {
+  constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+  const PairMotion back = there.reversed();
+  const bool a_smaller = parts.samples[a].points.size() <= parts.samples[b].points.size();  // the cheaper look often tells enough
+  const std::size_t any = a_smaller ? swept_samples(parts.samples[a], parts.fields[b], there, tolerance, nullptr, 1)
+                                    : swept_samples(parts.samples[b], parts.fields[a], back, tolerance, nullptr, 1);
+  if (any == 0) return {};
+  GivingWay first = loss_of(parts, a, b, there, back, tolerance, kAll, tell);
+  GivingWay second = loss_of(parts, b, a, back, there, tolerance, first.samples, tell);
+  return second.samples < first.samples ? second : first;
+}
+
+std::vector<std::int16_t> skins_of(std::vector<std::int16_t> owner, const Skeletons& skeletons) {
+  for (std::size_t s = 0; s < skeletons.bone.size(); ++s)
+    if (skeletons.bone[s] == owner[s]) owner[s] = -1;
+  return owner;
+}
+
+PartField skeleton_field(const Skeletons& skeletons, const GridShape& shape, int bone) {
+  PartField field(skeletons.bone, shape, bone);
+  field.unite(skeletons.near[std::size_t(bone)]);
+  return field;
+}
+
+Parts parts_of(const Segmentation& segmentation, const Target& target, int stride, const Skeletons& skeletons) {
   const GridShape& shape = segmentation.shape;
   const int bones = int(segmentation.frames.size());
   constexpr float kNone = std::numeric_limits<float>::max();
@@ -175,6 +229,8 @@ Parts parts_of(const Segmentation& segmentation, const Target& target, int strid
     });
   Parts parts;
   parts.fields.resize(bones), parts.samples.resize(bones);
+  if (!skeletons.bone.empty()) parts.skeletons.resize(bones), parts.skins.resize(bones);
+  const std::vector<std::int16_t> skin = skins_of(segmentation.owner, skeletons);
   tbb::parallel_for(0, bones, [&](int bone) {
     parts.samples[bone] = PartSamples(segmentation.owner, shape, target.inside, bone, stride);
     parts.fields[bone] = PartField(segmentation.owner, shape, bone);
@@ -185,6 +241,10 @@ Parts parts_of(const Segmentation& segmentation, const Target& target, int strid
       psi[s] = std::max(apart, target.distance[s]) / float(shape.step);
     });
     if (!psi.empty()) parts.fields[bone].refine(shape, [&](std::size_t s) { return psi[s]; });
+    if (skeletons.bone.empty()) return;
+    parts.fields[bone].unite(skeletons.near[std::size_t(bone)]);
+    parts.skeletons[bone] = skeleton_field(skeletons, shape, bone);
+    parts.skins[bone] = PartSamples(skin, shape, target.inside, bone, stride);
   });
   return parts;
 }

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "common/grid.h"
@@ -42,6 +43,8 @@ class PartField {
   /// `value(index of a sample of the grid)` is in steps.
   template <class Function>
   void refine(const GridShape& shape, const Function& value);
+  /// Takes in what lies at samples of the grid with these distances.
+  void unite(const std::vector<std::pair<Eigen::Vector3i, float>>& near);
 
   static constexpr int kMargin = 2;  ///< samples around a part's box in its field
 
@@ -132,13 +135,38 @@ inline int first_hit(const PartField& b, const PairMotion& motion, const Eigen::
   return -1;
 }
 
+/// The bones' skeletal shapes, which finished parts have whole, on the grid.
+struct Skeletons {
+  std::vector<std::int16_t> bone;   ///< [sample] that holds it, -1 for none
+  /// [bone] samples at its skeleton with their distance from it, steps, less a usual tolerance: a skeleton is thin, and known exactly
+  std::vector<std::vector<std::pair<Eigen::Vector3i, float>>> near;
+};
+
 /// Fields and samples of all parts of a segmentation.
 struct Parts {
   std::vector<PartField> fields;
   std::vector<PartSamples> samples;
+  std::vector<PartField> skeletons;   ///< the share of each part that is its bone's skeleton: empty when nobody asked for it
+  std::vector<PartSamples> skins;     ///< the rest of each part's samples; without skeletons not used
 };
 /// With the part fields of the tiling, (phi_i - min_j phi_j) / 2 within the target, near the surfaces.
 /// @param stride  of the samples; the fields have all
-Parts parts_of(const Segmentation& segmentation, const Target& target, int stride = 1);
+/// @param skeletons  empty: parts without skeletons
+Parts parts_of(const Segmentation& segmentation, const Target& target, int stride = 1, const Skeletons& skeletons = {});
+/// A part's skeleton alone.
+PartField skeleton_field(const Skeletons& skeletons, const GridShape& shape, int bone);
+
+/// `owner` without the samples that its bone's skeleton holds.
+std::vector<std::int16_t> skins_of(std::vector<std::int16_t> owner, const Skeletons& skeletons);
+
+/// What carving takes from a pair of parts in one move: one gives way to the other, but for its skeleton, to which the other gives way.
+struct GivingWay {
+  std::size_t samples = 0;           ///< that the two lose
+  std::vector<std::uint32_t> gone;   ///< those, when they are asked for
+};
+/// The lesser of what it takes when A and when B gives way.
+/// @param there  part A's motion against part B
+/// @param tell  whether `gone` is wanted
+GivingWay giving_way(const Parts& parts, int a, int b, const PairMotion& there, float tolerance, bool tell);
 
 }  // namespace transformables::folding

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "folding/cores.h"
+
 namespace transformables::folding {
 namespace {
 
@@ -13,7 +15,7 @@ constexpr int kBrick = 4;  // samples along the edge of a brick of samples that 
 }  // namespace
 
 PathCollisions::PathCollisions(const Design& design, const std::vector<char>& present, const std::vector<SampledMove>& moves, float tolerance)
-    : shape_(design.segmentation.shape), tolerance_(tolerance), encounters_(present.size()), fields_(present.size()) {
+    : shape_(design.segmentation.shape), skeletons_(skeletons_of(design)), tolerance_(tolerance), encounters_(present.size()), fields_(present.size()) {
   const int bones = int(present.size());
   for (const SampledMove& move : moves)
     for (int a = 0; a < bones; ++a)

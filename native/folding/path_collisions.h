@@ -15,7 +15,10 @@ class PathCollisions {
   PathCollisions(const Design& design, const std::vector<char>& present, const std::vector<SampledMove>& moves, float tolerance);
 
   /// What a part is from now on: the samples that `owner` gives it.
-  void set_part(const std::vector<std::int16_t>& owner, int bone) { fields_[bone] = PartField(owner, shape_, bone); }
+  void set_part(const std::vector<std::int16_t>& owner, int bone) {
+    fields_[bone] = PartField(owner, shape_, bone);
+    fields_[bone].unite(skeletons_.near[std::size_t(bone)]);
+  }
 
   /// For each sample in how many encounters of the path it would collide as material of `bone`; counts up to `enough`.
   std::vector<int> hits(const std::vector<std::uint32_t>& samples, int bone, int enough) const;
@@ -28,6 +31,7 @@ class PathCollisions {
   void hits_of_brick(const std::vector<Eigen::Vector3f>& points, int bone, int enough, std::vector<int>& found) const;
 
   const GridShape& shape_;
+  const Skeletons skeletons_;
   float tolerance_;
   std::vector<std::vector<Encounter>> encounters_;  // [bone]
   std::vector<PartField> fields_;

@@ -86,9 +86,14 @@ Segmentation transferred_along(const Design& design, const FoldPath& path, const
 Segmentation transfer_along(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
                             const FoldPath& path, const FoldingOptions& options, const Progress& progress, TransferAlongResult* result) {
   TransferAlongResult facts;
-  const Segmentation changed = folding::transferred_along({character, segmentation, target, embedding}, path, options, progress, facts);
+  const folding::Design design{character, segmentation, target, embedding};
+  folding::check(design, options);
+  const Segmentation claimed = folding::with_skeletons(design);
+  const Segmentation changed = folding::transferred_along({character, claimed, target, embedding}, path, options, progress, facts);
   if (result) *result = std::move(facts);
-  return rounded(changed, character, target, embedding, ranges_of(path, character), options.threads);
+  Segmentation round = rounded(changed, character, target, embedding, ranges_of(path, character), options.threads);
+  round.pinned = segmentation.pinned;
+  return round;
 }
 
 /// The straight unfolding with the parts made to go with it: no order is searched for.
@@ -107,8 +112,10 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
   const folding::Stopwatch watch(options.threads);
   Folding best;
   const Progress beginning{[&](double, std::string_view note) { return !progress.tell || progress.tell(0, note); }};
-  Folding together = straight(segmentation, character, target, embedding, options, beginning);
-  Segmentation current = segmentation;
+  const folding::Design given{character, segmentation, target, embedding};
+  folding::check(given, options);
+  Segmentation current = folding::with_skeletons(given);
+  Folding together = straight(current, character, target, embedding, options, beginning);
   FoldPath path = folding::unmeasured_plan({character, current, target, embedding}, options, progress, nullptr);
   FoldingOptions again = options;  // later plans start from the last one and need less
   again.expansions = options.expansions / 2;
@@ -119,7 +126,7 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
     }};
     TransferAlongResult result;
     Segmentation changed = folding::transferred_along({character, current, target, embedding}, path, options, part, result);
-    if (round == 0) best = {path, segmentation, result.colliding_before, result.colliding_before, {}};
+    if (round == 0) best = {path, current, result.colliding_before, result.colliding_before, {}};
     const bool helped = result.colliding_after < result.colliding_before;
     if (result.colliding_after < best.carving_after)
       best = {path, changed, best.carving_before, result.colliding_after, helped ? std::move(result.yielding) : std::move(best.yielding)};
@@ -140,6 +147,7 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
   });
   // Last, as it moves fractions of a sample, which regrowth and smoothing know nothing of.
   best.segmentation = rounded(best.segmentation, character, target, embedding, ranges_of(best.path, character), options.threads);
+  best.segmentation.pinned = segmentation.pinned;
   best.path.cut_short = cut_short;
   best.path = measured(best.path, best.segmentation, character, target, embedding, options);
   return best;

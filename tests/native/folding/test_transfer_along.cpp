@@ -52,6 +52,49 @@ TEST(TransferAlong, KeepsEverySkeletonWithItsBone) {
     EXPECT_TRUE(after.owner[s] == 0 || distance(Segment{{-0.15, 0, -0.08}, {0.15, 0, -0.08}}, m.segmentation.shape.position(s)) > 0.01);
 }
 
+/// Two boxes, all of the right one but its far end taken by the left one: of its skeleton little more than an axis is left to it then.
+Made rod_in_a_block() {
+  return made({{-1, {-0.15, 0, 0}, 0, {{-0.2, 0.07, 0}, {-0.05, 0.07, 0}}, -1}, {0, {0, 0, 0.1}, -kQuarter, {{0.05, 0, 0}, {0.2, 0, 0}}, -1}}, {0.25, 0.1, 0.1},
+              [](const Vector3d& p) {
+                const double end = 0.19 - p.x();
+                return std::vector<double>{-end, end};
+              });
+}
+
+std::vector<std::size_t> samples_of_the_rod(const Made& m) {
+  std::vector<std::size_t> samples;
+  for (const std::size_t s : m.target.inside)
+    if (distance(Segment{{0.05, 0, 0}, {0.2, 0, 0}}, m.segmentation.shape.position(s)) < 0.89 * m.character.bones[1].radius) samples.push_back(s);
+  return samples;
+}
+
+TEST(TransferAlong, GivesABoneItsSkeletonBackThatANeighbourHad) {
+  const Made m = rod_in_a_block();
+  const std::vector<std::size_t> rod = samples_of_the_rod(m);
+  const auto had = std::count_if(rod.begin(), rod.end(), [&](std::size_t s) { return m.segmentation.owner[s] == 1; });
+  ASSERT_LT(had, long(rod.size()) / 2);
+  const Segmentation after = transfer_along(m.segmentation, m.character, m.target, m.embedding, greedy(m), {}, {});
+  for (const std::size_t s : rod) EXPECT_EQ(after.owner[s], 1);
+  EXPECT_EQ(pieces(m, after.owner, 1), 1);
+}
+
+TEST(GivingWay, ASkeletonGivesNothingSoWhatItPassesThroughGoes) {
+  Made m = rod_in_a_block();
+  for (const std::size_t s : samples_of_the_rod(m)) m.segmentation.owner[s] = 1;
+  const folding::Design design{m.character, m.segmentation, m.target, m.embedding};
+  const folding::PairMotion there = folding::SampledMove(design, m.embedding.pose.angles, {{{0, -kQuarter, 0}}}, 0.05).pair(0, 1);
+  const folding::Skeletons skeletons = folding::skeletons_of(design);
+  const folding::Parts with = folding::parts_of(m.segmentation, m.target, 1, skeletons);
+  const folding::GivingWay lost = folding::giving_way(with, 0, 1, there, 0.25f, true);
+  EXPECT_EQ(lost.gone.size(), lost.samples);
+  for (const std::uint32_t s : lost.gone) EXPECT_NE(skeletons.bone[s], 1) << "a skeleton is carved";
+  // Without its skeleton the rod would be all that is lost.
+  const std::size_t rod = samples_of_the_rod(m).size();
+  EXPECT_LE(folding::giving_way(folding::parts_of(m.segmentation, m.target), 0, 1, there, 0.25f, false).samples, with.samples[1].points.size());
+  EXPECT_GT(lost.samples, 2 * rod);
+  EXPECT_EQ(folding::giving_way(with, 0, 1, there, 0.25f, false).samples, lost.samples) << "telling which changes nothing";
+}
+
 // The bone that gives most away in a transfer along the greedy path, and the one that takes it.
 std::pair<int, int> giver_and_taker(const Made& m, const Segmentation& after) {
   std::map<std::pair<int, int>, int> moved;
