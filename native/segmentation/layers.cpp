@@ -1,6 +1,5 @@
 #include "segmentation/layers.h"
 
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
