@@ -62,6 +62,8 @@ def _parser():
     add("--clearance", type=float, default=0.3, metavar="MM", help="gap between neighbouring parts (default: %(default)g)")
     add("--style", choices=("solid", "shell"), default="solid", help="volumetric parts or shells (default: %(default)s)")
     add("--wall", type=float, default=1.2, metavar="MM", help="thickness of shells (default: %(default)g)")
+    add("--transfer", choices=("auto", "cylinder", "exact"), default="auto",
+        help="how parts make room for a joint's turn: all round it, only what is in the way, or the better of both (default: %(default)s)")
     add("--frames", type=int, default=0, metavar="N", help="length of the fold (default: by the angles turned)")
     add("--hinges", choices=("on", "off"), default="on", help="put a pin, a clevis and a tongue into joints of one axis (default: %(default)s)")
     add("--together", choices=("on", "off"), default="on", help="let joints turn at the same time where that is proved to be safe (default: %(default)s)")
@@ -115,7 +117,7 @@ class _Design:
         self.options = self.errors.DesignOptions(
             resolution=arguments.resolution, seed=arguments.seed, symmetry=arguments.symmetry, simplify=arguments.simplify,
             fit=arguments.fit, proportions=arguments.proportions == "on", size_mm=arguments.size,
-            clearance_mm=arguments.clearance, style=arguments.style, wall_mm=arguments.wall, frames=arguments.frames,
+            clearance_mm=arguments.clearance, style=arguments.style, wall_mm=arguments.wall, transfer=arguments.transfer, frames=arguments.frames,
             hinges=arguments.hinges == "on", together=arguments.together == "on", loop=arguments.loop == "on", fold_seconds=arguments.fold_seconds,
             threads=arguments.threads)
 

@@ -2,6 +2,7 @@
 
 #include "bindings/bindings.h"
 #include "folding/folding.h"
+#include "segmentation/directed.h"
 #include "segmentation/division.h"
 #include "segmentation/edits.h"
 #include "segmentation/seams.h"
@@ -87,6 +88,19 @@ Edit edit_from(const Target& target, const std::string& kind, const std::string&
   return edit;
 }
 
+TransferMethod method_from(const std::string& word) {
+  if (word == "auto") return TransferMethod::kBetter;
+  if (word == "cylinder") return TransferMethod::kCylinder;
+  if (word == "exact") return TransferMethod::kExact;
+  throw InvalidInput("transfer's method is 'auto', 'cylinder' or 'exact', not '" + word + "'");
+}
+
+TransferDirection direction_from(const std::string& word) {
+  if (word == "to_parent") return TransferDirection::kChildToParent;
+  if (word == "to_child") return TransferDirection::kParentToChild;
+  throw InvalidInput("transfer's direction is 'to_parent' or 'to_child', not '" + word + "'");
+}
+
 }  // namespace
 
 void bind_segmentation(py::module_& m) {
@@ -112,19 +126,24 @@ void bind_segmentation(py::module_& m) {
   m.def(
       "transfer",
       [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
-         const std::variant<std::string, FoldPath>& ranges, int threads, const py::object& progress) {
+         const std::variant<std::string, FoldPath>& ranges, const std::string& method, const std::map<int, std::string>& direction_of, int threads,
+         const py::object& progress) {
         TransferOptions options;
         options.threads = threads;
+        options.method = method_from(method);
+        std::map<int, TransferDirection> directions;
+        for (const auto& [bone, word] : direction_of) directions[bone] = direction_from(word);
         const FoldPath* path = std::get_if<FoldPath>(&ranges);
         if (!path && std::get<std::string>(ranges) != "straight") throw InvalidInput("ranges is 'straight' or a FoldPath");
         const Progress tell = progress_from(progress);
         py::gil_scoped_release release;
-        return transfer(segmentation, character, target, embedding, path ? ranges_of(*path, character) : straight_ranges(character, embedding),
-                        options, tell);
+        return transfer_directed(segmentation, character, target, embedding, path ? ranges_of(*path, character) : straight_ranges(character, embedding),
+                                 options, directions, tell);
       },
       py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(), py::arg("ranges") = "straight",
-      py::arg("threads") = 0, py::arg("progress") = py::none(),
-      "Mesh transfer at every joint (Eqs. 8 to 11), over the path's ranges or, without one, from the folded angle to rest. Raises InvalidInput, Cancelled.");
+      py::arg("method") = "auto", py::arg("direction_of") = std::map<int, std::string>{}, py::arg("threads") = 0, py::arg("progress") = py::none(),
+      "Mesh transfer at every joint (Eqs. 8 to 11), over the path's ranges or, without one, from the folded angle to rest. method: 'auto' (the better), 'cylinder' or "
+      "'exact'; direction_of: 'to_parent' or 'to_child' by the joint's child, else whichever moves less. Raises InvalidInput, Cancelled.");
 
   py::class_<Edit>(m, "Edit").def_readonly("bone", &Edit::bone).def_readonly("name", &Edit::name);
   m.def("make_edit", &edit_from, py::arg("target"), py::kw_only(), py::arg("kind"), py::arg("bone") = "", py::arg("other") = "",

@@ -11,6 +11,7 @@
 namespace transformables::segmentation_inner {
 namespace {
 
+constexpr double kLeastTurn = 1e-3;   // radians: less is no turn
 constexpr double kWellInside = 0.9;   // share of a cell's corners, by trilinear weight
 
 Eigen::Isometry3d motion_at(const Character& character, const Embedding& embedding, const Eigen::Isometry3d& folded, int bone, int hinge, double angle) {
@@ -64,13 +65,35 @@ std::vector<OnRing> rings(const std::vector<std::int16_t>& owner, const Target& 
   return all;
 }
 
-// True when turning by some angle of [from, to] brings `a` to `b`; half a sample's width either way is no motion.
+// True when turning by some angle of [from, to] brings `a` to `b`; half a sample's width either way is no motion, and a shorter motion as long as that to the next sample.
 bool reaches(double a, double b, double from, double to, double width) {
   constexpr double kTurn = 2 * 3.14159265358979323846;
+  if (from < -kLeastTurn) from = std::min(from, -width);
+  if (to > kLeastTurn) to = std::max(to, width);
   for (double turn = b - a - kTurn; turn <= b - a + 1.5 * kTurn; turn += kTurn)
     if (std::abs(turn) > 0.5 * width && turn > from - 0.25 * width && turn < to + 0.25 * width) return true;
   return false;
 }
+
+/// The cells of the lattice that a part is in or near: most points are told by these that they are not in it, nor are those within half a step of them.
+class Cells {
+ public:
+  Cells(const Segmentation& segmentation, int bone) : phi_(segmentation.phi[bone]), near_(phi_.values.size(), 0) {
+    const std::size_t row = std::size_t(phi_.shape.size.x()), slice = row * std::size_t(phi_.shape.size.y());
+    const float near = float(2 * phi_.shape.step);
+    for (std::size_t i = 0; i + slice + row + 1 < phi_.values.size(); ++i)
+      for (const std::size_t k : {i, i + 1, i + row, i + row + 1, i + slice, i + slice + 1, i + slice + row, i + slice + row + 1}) near_[i] |= phi_[k] <= near;
+  }
+  bool may_be_near(const Eigen::Vector3d& p) const {
+    const Eigen::Vector3d q = (p - phi_.shape.origin) / phi_.shape.step;
+    if ((q.array() < 0).any() || (q.array() >= phi_.shape.size.cast<double>().array() - 1).any()) return false;
+    return near_[phi_.shape.index(q.cast<int>())];
+  }
+
+ private:
+  const Grid<float>& phi_;
+  std::vector<char> near_;
+};
 
 }  // namespace
 
@@ -99,26 +122,47 @@ std::vector<Joint> joints_of(const Character& character, const Embedding& embedd
   return joints;
 }
 
-Collisions collisions(const Segmentation& segmentation, const Target& target, const Joint& joint) {
-  std::vector<std::size_t> part;
-  for (std::size_t i : target.inside)
-    if (segmentation.owner[i] == joint.child) part.push_back(i);
-  std::vector<int> times(part.size(), 0);
-  const Grid<float>& parent = segmentation.phi[joint.parent];
-  tbb::parallel_for(std::size_t(0), part.size(), [&](std::size_t k) {
-    const Eigen::Vector3d p = segmentation.shape.position(part[k]);
-    for (const Eigen::Isometry3d& motion : joint.motions) {
-      const Eigen::Vector3d q = motion * p;
-      times[k] += value_at(parent, q) < 0 && value_at(target.distance, q) < 0;
-    }
-  });
-  Collisions found;
-  for (std::size_t k = 0; k < part.size(); ++k)
-    if (times[k] > 0) found.samples.push_back(part[k]), found.times.push_back(times[k]), found.total += times[k];
-  return found;
+bool is_in(const Segmentation& segmentation, const Target& target, int bone, const Eigen::Vector3d& p) {
+  const float own = value_at(segmentation.phi[bone], p);
+  const float step = float(segmentation.shape.step);
+  if (own > step || value_at(target.distance, p) >= 0) return false;
+  if (own < -2 * step) return true;   // farther from its interface than the samples about it
+  for (int b = 0; b < int(segmentation.phi.size()); ++b)
+    if (b != bone && value_at(segmentation.phi[b], p) <= own) return false;
+  return true;
 }
 
-long collisions_by_owner(const std::vector<std::int16_t>& owner, const Target& target, const Joint& joint) {
+Collisions collisions(const Segmentation& segmentation, const Target& target, const Joint& joint, bool finer) {
+  const GridShape& shape = segmentation.shape;
+  const Cells child(segmentation, joint.child), parent(segmentation, joint.parent);
+  std::vector<std::size_t> part;
+  for (std::size_t i : target.inside)
+    if (finer ? child.may_be_near(shape.position(i)) : segmentation.owner[i] == joint.child) part.push_back(i);
+  std::vector<Collisions> found(part.size());
+  tbb::parallel_for(std::size_t(0), part.size(), [&](std::size_t k) {
+    std::vector<const Eigen::Isometry3d*> near;
+    const Eigen::Vector3d at = shape.position(part[k]);
+    for (const Eigen::Isometry3d& motion : joint.motions)
+      if (parent.may_be_near(motion * at)) near.push_back(&motion);
+    for (int n = 0; !near.empty() && n < (finer ? 8 : 1); ++n) {
+      const Eigen::Vector3d p = finer ? at + 0.25 * shape.step * Eigen::Vector3d(n & 1 ? 1 : -1, n & 2 ? 1 : -1, n & 4 ? 1 : -1) : at;
+      if (finer && !is_in(segmentation, target, joint.child, p)) continue;
+      const auto times = std::count_if(near.begin(), near.end(), [&](const auto* motion) { return is_in(segmentation, target, joint.parent, *motion * p); });
+      if (times > 0) found[k].points.push_back(p), found[k].times.push_back(int(times));
+    }
+  });
+  Collisions all;
+  double total = 0;
+  for (const Collisions& one : found) {
+    all.points.insert(all.points.end(), one.points.begin(), one.points.end());
+    all.times.insert(all.times.end(), one.times.begin(), one.times.end());
+    for (int times : one.times) total += times;
+  }
+  all.mean = total * std::pow(shape.step, 3) / (finer ? 8 : 1) / double(joint.motions.size());
+  return all;
+}
+
+double collisions_by_owner(const std::vector<std::int16_t>& owner, const Target& target, const Joint& joint) {
   const GridShape& shape = target.distance.shape;
   std::vector<std::size_t> part;
   for (std::size_t i : target.inside)
@@ -143,9 +187,9 @@ long collisions_by_owner(const std::vector<std::int16_t>& owner, const Target& t
     const Eigen::Vector3d p = shape.position(part[k]);
     for (const Eigen::Isometry3d& motion : joint.motions) times[k] += share(motion * p) > kWellInside;
   });
-  long total = 0;
+  double total = 0;
   for (int t : times) total += t;
-  return total;
+  return total * std::pow(shape.step, 3) / double(joint.motions.size());
 }
 
 // Turning keeps a sample on its circle, so each circle is settled by itself and rounding can't leak from one to the next.

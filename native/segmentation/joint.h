@@ -35,19 +35,24 @@ struct Joint {
 /// The joints that have ranges, leaves first.
 std::vector<Joint> joints_of(const Character& character, const Embedding& embedding, const std::vector<JointRange>& ranges, int samples);
 
-/// For each sample of the child's part, in how many motions it lies in the parent's part.
+/// Points of the child's part that lie in the parent's part in some of the motions.
 struct Collisions {
-  std::vector<std::size_t> samples;   ///< that collide at least once
-  std::vector<int> times;
-  long total = 0;
+  std::vector<Eigen::Vector3d> points;   ///< folded, target frame
+  std::vector<int> times;                ///< for each, in how many motions
+  double mean = 0;                       ///< volume, mean over the motions, cubic target units
 };
-Collisions collisions(const Segmentation& segmentation, const Target& target, const Joint& joint);
 
-/// The same total when only owners are known (a candidate): a sample counts when it is well inside the other part.
-long collisions_by_owner(const std::vector<std::int16_t>& owner, const Target& target, const Joint& joint);
+/// @param finer  points stand half a step apart, none on a sample: for level sets that differ by fractions of a step. Else every sample is one
+Collisions collisions(const Segmentation& segmentation, const Target& target, const Joint& joint, bool finer);
+
+/// Whether a point is in a part: in the target, with no other level set as low.
+bool is_in(const Segmentation& segmentation, const Target& target, int bone, const Eigen::Vector3d& p);
+
+/// The same mean when only owners are known (a candidate): a sample counts when it is well inside the other part.
+double collisions_by_owner(const std::vector<std::int16_t>& owner, const Target& target, const Joint& joint);
 
 /// Owners after the exact alternative: every sample of the giving bone whose arc over the joint's range meets the taking bone's part goes
-/// there, to a fixed point. Only for a single hinge.
+/// there, to a fixed point; an arc shorter than a sample meets the next sample. Only for a single hinge.
 std::vector<std::int16_t> exact_transfer(const std::vector<std::int16_t>& owner, const Target& target, const Skeleton& skeleton,
                                          const Joint& joint, bool child_to_parent);
 

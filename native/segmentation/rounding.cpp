@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "segmentation/lattice.h"
+#include "segmentation/layers.h"
 #include "segmentation/tiling.h"
 
 namespace transformables::segmentation_inner {
@@ -46,7 +47,6 @@ class Interface {
     const auto [child, parent] = both(s_.shape.position(sample));
     return std::abs(child - parent) < 2 * kNear * step_ && std::max(child, parent) < kShared * step_;
   }
-  bool is_beside_pinned(const Eigen::Vector3i& cell) const;
   std::array<float, 2> both(const Eigen::Vector3d& p) const {
     const float far = 4 * step_;
     return {std::min(value_at(s_.phi[joint_.child], p), far), std::min(value_at(s_.phi[joint_.parent], p), far)};
@@ -97,16 +97,6 @@ void Interface::set(std::size_t sample, float v) {
   put(s_.phi[joint_.child], middle + v);
   put(s_.phi[joint_.parent], middle - v);
   if (inside) s_.owner[sample] = std::int16_t(taker);
-}
-
-// Where an artist's seam leaves the target: what is outside there follows what is pinned.
-bool Interface::is_beside_pinned(const Eigen::Vector3i& cell) const {
-  constexpr int kReach = 2, kSide = 2 * kReach + 1;
-  for (int k = 0; k < kSide * kSide * kSide && !s_.pinned.empty(); ++k) {
-    const Eigen::Vector3i n = cell + Eigen::Vector3i(k % kSide, k / kSide % kSide, k / (kSide * kSide)) - Eigen::Vector3i::Constant(kReach);
-    if (s_.shape.contains(n) && s_.is_pinned(s_.shape.index(n))) return true;
-  }
-  return false;
 }
 
 // A step of diffusion: without it, least largest changes leave creases that no lattice can hold.
@@ -171,7 +161,7 @@ void Interface::round_off(const JointTurn& turn) {
 void Interface::go_outside(const std::vector<ShellSample>& shell) {
   samples_.clear();
   for (const ShellSample& o : shell)
-    if (target_.distance[o.index] < kOutside * step_ && is_near(o.index) && !is_beside_pinned(o.cell)) samples_.push_back(o.index);
+    if (target_.distance[o.index] < kOutside * step_ && is_near(o.index) && !is_beside_pinned(s_, o.cell)) samples_.push_back(o.index);
   for (const JointTurn& turn : joint_.turns)
     set_all([&](std::size_t i, std::vector<float>& sides) { return fitted(turn, i, false, sides); });
 }
@@ -200,6 +190,7 @@ void round_joints(Segmentation& segmentation, const Target& target, const Skelet
         if (both_there(joint)) Interface(segmentation, target, skeleton, joint).go_outside(surfaces.shell());
     });
   }
+  part_layers(segmentation, target, skeleton, surfaces, joints, threads);
 }
 
 }  // namespace transformables::segmentation_inner

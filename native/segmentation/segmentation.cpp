@@ -13,6 +13,8 @@ namespace {
 
 using namespace segmentation_inner;
 
+constexpr int kMotions = 24;   // across a range, as in transfer
+
 void check(const SegmentationOptions& options) {
   if (!(std::isfinite(options.speed) && options.speed > 0))
     throw InvalidInput("segmentation: the speed of growth must be a positive number");
@@ -65,7 +67,7 @@ Segmentation rounded(const Segmentation& segmentation, const Character& characte
   check_same_grid(segmentation, character, target);
   if (threads < 0) throw InvalidInput("segmentation: the number of threads must be 0 (all cores) or more");
   Segmentation result = segmentation;
-  round_joints(result, target, skeleton_of_edited(character, target, embedding, segmentation), Surfaces(target), joints_of(character, embedding, ranges, 2), threads);
+  round_joints(result, target, skeleton_of_edited(character, target, embedding, segmentation), Surfaces(target), joints_of(character, embedding, ranges, kMotions), threads);
   return result;
 }
 

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
-#include <optional>
 #include <utility>
+#include <vector>
 
+#include "segmentation/directed.h"
 #include "segmentation/joint.h"
 #include "segmentation/lattice.h"
+#include "segmentation/layers.h"
 #include "segmentation/rounding.h"
 #include "segmentation/segmentation.h"
 #include "segmentation/skeleton.h"
@@ -20,9 +23,10 @@ namespace {
 using namespace segmentation_inner;
 
 constexpr double kNoCollision = 5e-5;   // of the target's volume
-constexpr double kLeft = 1e-4;          // the same, what may be left after rounding
+constexpr double kLeft = 0.8e-4;        // the same, what may be left after rounding
 constexpr double kWorth = 40;           // volume that may be moved to be rid of one unit of mean overlap
-constexpr int kPasses = 3;              // a joint's transfer may touch one that was settled before; the last pass mends what rounding could not
+constexpr int kRough = 2;               // passes before rounding: a joint's transfer may touch one that was settled before
+constexpr int kPasses = 4;              // those after rounding mend what it could not
 
 struct Candidate {
   std::vector<std::int16_t> owner;
@@ -35,51 +39,57 @@ struct Candidate {
 class Transfer {
  public:
   Transfer(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
-           const TransferOptions& options)
+           const TransferOptions& options, const std::map<int, TransferDirection>& direction_of)
       : result_(segmentation), target_(target), skeleton_(skeleton_of_edited(character, target, embedding, segmentation)), surfaces_(target),
-        options_(options), touched_(character.bones.size(), 1), bones_(int(character.bones.size())), voxel_(std::pow(segmentation.shape.step, 3)) {}
+        options_(options), direction_of_(direction_of), touched_(character.bones.size(), 1), bones_(int(character.bones.size())), voxel_(std::pow(segmentation.shape.step, 3)) {}
 
   void round_off(const std::vector<Joint>& joints) { round_joints(result_, target_, skeleton_, surfaces_, joints, options_.threads); }
+  void part(const std::vector<Joint>& joints) { part_layers(result_, target_, skeleton_, surfaces_, joints, options_.threads); }
 
-  double overlap(const Joint& joint) const { return mean(joint, collisions(result_, target_, joint).total); }
+  double overlap(const Joint& joint) const { return collisions(result_, target_, joint, true).mean; }
 
-  // Mends one joint when that is worth while; tells what was done. Before rounding only samples well inside the other part count as worth it.
-  void mend(const Joint& joint, bool is_rounded, TransferResult& report) {
-    const Collisions found = collisions(result_, target_, joint);
-    if (mean(joint, found.total) <= (is_rounded ? kLeft : kNoCollision) * target_.volume) return;
-    std::optional<Candidate> best;
-    for (bool child_to_parent : {true, false}) {
-      if (options_.direction == TransferDirection::kChildToParent && !child_to_parent) continue;
-      if (options_.direction == TransferDirection::kParentToChild && child_to_parent) continue;
-      if (!result_.may_grow(child_to_parent ? joint.parent : joint.child)) continue;
-      for (bool exact : {false, true}) {
-        if (!wanted(joint, exact)) continue;
-        Candidate candidate = make(joint, found, child_to_parent, exact);
-        if (!best || candidate.score < best->score) best = std::move(candidate);
-      }
+  // Mends one joint when that is worth while; tells what was done. Only samples well inside the other part count as worth it.
+  void mend(const Joint& joint, TransferResult& report) {
+    const Collisions found = collisions(result_, target_, joint, false);
+    if (found.mean <= tolerance()) return;
+    std::vector<Candidate> best = candidates(joint, found);
+    if (best.empty() || best[0].score >= kWorth * (collisions_by_owner(result_.owner, target_, joint) - tolerance())) return;
+    tell(best[0], report);
+    take(joint, std::move(best[0]));
+  }
+
+  // The same for what rounding could not mend: what a transfer is worth shows when its parts are rounded, too.
+  void mend_rounded(const Joint& joint, TransferResult& report) {
+    const Collisions found = collisions(result_, target_, joint, true);
+    if (found.mean <= kLeft * target_.volume) return;
+    for (Candidate& candidate : candidates(joint, found)) {
+      if (candidate.score >= kWorth * (found.mean - tolerance())) return;
+      const Candidate tried = candidate;
+      const Segmentation before = result_;
+      const std::vector<char> touched = touched_;
+      take(joint, std::move(candidate));
+      round_off({joint});
+      if (tried.moved < kWorth * (found.mean - overlap(joint))) return tell(tried, report);
+      result_ = before, touched_ = touched;
     }
-    const long total = is_rounded ? found.total : collisions_by_owner(result_.owner, target_, joint);
-    const double as_it_is = kWorth * (mean(joint, total) - tolerance());
-    if (!best || best->moved == 0 || best->score >= as_it_is) return;
-    if (best->moved > report.moved_volume) report.radius = best->radius, report.child_to_parent = best->child_to_parent;
-    report.moved_volume += best->moved;
-    take(joint, std::move(*best));
   }
 
   /// Bones whose parts were changed since this was last asked; at first all.
   std::vector<char> touched() { return std::exchange(touched_, std::vector<char>(touched_.size(), 0)); }
 
-  bool is_touched() const { return std::find(touched_.begin(), touched_.end(), 1) != touched_.end(); }
-
   Segmentation result() { return std::move(result_); }
 
  private:
   double tolerance() const { return kNoCollision * target_.volume; }
-  double mean(const Joint& joint, long total) const { return voxel_ * double(total) / double(joint.motions.size()); }
   bool wanted(const Joint& joint, bool exact) const {
     if (exact) return joint.single && options_.method != TransferMethod::kCylinder;
     return options_.method != TransferMethod::kExact || !joint.single;
   }
+  void tell(const Candidate& taken, TransferResult& report) const {
+    if (taken.moved > report.moved_volume) report.radius = taken.radius, report.child_to_parent = taken.child_to_parent;
+    report.moved_volume += taken.moved;
+  }
+  std::vector<Candidate> candidates(const Joint& joint, const Collisions& found) const;
   double bisected_radius(const Joint& joint, const Collisions& found) const;
   Candidate make(const Joint& joint, const Collisions& found, bool child_to_parent, bool exact) const;
   std::vector<std::int16_t> cylinder_transfer(const Joint& joint, bool child_to_parent, double radius) const;
@@ -91,6 +101,7 @@ class Transfer {
   Skeleton skeleton_;
   Surfaces surfaces_;
   const TransferOptions& options_;
+  const std::map<int, TransferDirection>& direction_of_;
   std::vector<char> touched_;   // bones whose part was changed since the pass before
   int bones_;
   double voxel_;
@@ -98,16 +109,16 @@ class Transfer {
 
 // R* of Eq. 11 by halving. Turning keeps a sample's distance from the axis, so what collides outside the cylinder is what collided there before.
 double Transfer::bisected_radius(const Joint& joint, const Collisions& found) const {
-  double low = 0, high = 0;
+  double low = 0, high = 0, total = 0;
   std::vector<double> radius;
-  for (std::size_t i : found.samples) radius.push_back(joint.radius_of(result_.shape.position(i)));
-  for (double r : radius) high = std::max(high, r + 0.5 * result_.shape.step);
+  for (const Eigen::Vector3d& p : found.points) radius.push_back(joint.radius_of(p));
+  for (std::size_t k = 0; k < radius.size(); ++k) high = std::max(high, radius[k] + 0.5 * result_.shape.step), total += found.times[k];
   while (high - low > 0.1 * result_.shape.step) {
     const double middle = 0.5 * (low + high);
-    long total = 0;
+    double outside = 0;
     for (std::size_t k = 0; k < radius.size(); ++k)
-      if (radius[k] >= middle) total += found.times[k];
-    (mean(joint, total) <= tolerance() ? high : low) = middle;
+      if (radius[k] >= middle) outside += found.times[k];
+    (found.mean * outside / total <= tolerance() ? high : low) = middle;
   }
   return high;
 }
@@ -131,9 +142,25 @@ Candidate Transfer::make(const Joint& joint, const Collisions& found, bool child
   std::size_t changed = 0;
   for (std::size_t i : target_.inside) changed += c.owner[i] != result_.owner[i];
   c.moved = voxel_ * double(changed);
-  c.left = mean(joint, collisions_by_owner(c.owner, target_, joint));
+  c.left = collisions_by_owner(c.owner, target_, joint);
   c.score = c.moved + kWorth * std::max(0.0, c.left - tolerance());
   return c;
+}
+
+// All ways that were asked for and change anything, the best first.
+std::vector<Candidate> Transfer::candidates(const Joint& joint, const Collisions& found) const {
+  std::vector<Candidate> all;
+  const auto given = direction_of_.find(joint.child);
+  const TransferDirection direction = given == direction_of_.end() ? options_.direction : given->second;
+  for (bool child_to_parent : {true, false}) {
+    if (direction == (child_to_parent ? TransferDirection::kParentToChild : TransferDirection::kChildToParent)) continue;
+    if (!result_.may_grow(child_to_parent ? joint.parent : joint.child)) continue;
+    for (bool exact : {false, true})
+      if (wanted(joint, exact)) all.push_back(make(joint, found, child_to_parent, exact));
+  }
+  std::erase_if(all, [](const Candidate& c) { return c.moved == 0; });
+  std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
+  return all;
 }
 
 // Eqs. 8 to 10 on the level sets, the giver's own skeleton kept out of the cylinder.
@@ -160,39 +187,57 @@ void Transfer::take(const Joint& joint, Candidate candidate) {
     if (before[i] != result_.owner[i]) touched_[before[i]] = touched_[result_.owner[i]] = 1;
 }
 
-void check(const TransferOptions& options) {
+void check(const TransferOptions& options, const std::map<int, TransferDirection>& direction_of, int bones) {
   if (options.samples < 2 || options.samples > 10000) throw InvalidInput("transfer: the number of samples must be 2 to 10000");
   if (options.threads < 0) throw InvalidInput("transfer: the number of threads must be 0 (all cores) or more");
+  for (const auto& [bone, direction] : direction_of)
+    if (bone < 1 || bone >= bones) throw InvalidInput("transfer: a direction names a bone that does not exist or has no parent");
 }
 
 }  // namespace
 
-// Leaves first: what a joint hands to its parent is then there when the parent's own joint is looked at.
 Segmentation transfer(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
                       const std::vector<JointRange>& ranges, const TransferOptions& options, const Progress& progress,
                       std::vector<TransferResult>* results) {
-  check(options);
+  return transfer_directed(segmentation, character, target, embedding, ranges, options, {}, progress, results);
+}
+
+// Leaves first: what a joint hands to its parent is then there when the parent's own joint is looked at.
+Segmentation transfer_directed(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
+                               const std::vector<JointRange>& ranges, const TransferOptions& options, const std::map<int, TransferDirection>& direction_of,
+                               const Progress& progress, std::vector<TransferResult>* results) {
+  check(options, direction_of, int(character.bones.size()));
   if (!(segmentation.shape == target.distance.shape) || segmentation.phi.size() != character.bones.size())
     throw InvalidInput("transfer: the segmentation belongs to another character, target or resolution; segment again");
-  Transfer work(segmentation, character, target, embedding, options);
+  Transfer work(segmentation, character, target, embedding, options, direction_of);
   const std::vector<Joint> joints = joints_of(character, embedding, ranges, options.samples);
   std::vector<TransferResult> reports(joints.size());
   tbb::task_arena arena(arena_size(options.threads));
+  const auto with = [&](const std::vector<char>& bones) {
+    std::vector<Joint> some;
+    std::copy_if(joints.begin(), joints.end(), std::back_inserter(some), [&](const Joint& j) { return bones[j.child] || bones[j.parent]; });
+    return some;
+  };
+  std::vector<char> touched = work.touched();   // at first all
   for (int pass = 0; pass < kPasses; ++pass) {
-    const bool last = pass + 1 == kPasses;
-    const std::vector<char> touched = work.touched();
+    const bool is_rounded = pass >= kRough;
+    if (pass == kRough) work.round_off(joints);
+    else if (is_rounded) work.part(with(touched));
     for (std::size_t k = 0; k < joints.size(); ++k) {
-      if (!last && !touched[joints[k].child] && !touched[joints[k].parent]) continue;
+      if (pass != kRough && !touched[joints[k].child] && !touched[joints[k].parent]) continue;
       progress((pass + double(k) / double(joints.size())) / kPasses, "transferring between parts");
       reports[k].bone = joints[k].child;
-      arena.execute([&] { work.mend(joints[k], last, reports[k]); });
+      arena.execute([&] { is_rounded ? work.mend_rounded(joints[k], reports[k]) : work.mend(joints[k], reports[k]); });
     }
-    if (pass + 2 == kPasses || (last && work.is_touched())) work.round_off(joints);
+    touched = work.touched();
   }
-  arena.execute([&] {
-    for (std::size_t k = 0; k < joints.size(); ++k) reports[k].left_overlap = work.overlap(joints[k]);
-  });
-  if (results) *results = std::move(reports);
+  work.part(with(touched));
+  if (results) {
+    arena.execute([&] {
+      for (std::size_t k = 0; k < joints.size(); ++k) reports[k].left_overlap = work.overlap(joints[k]);
+    });
+    *results = std::move(reports);
+  }
   return work.result();
 }
 

@@ -14,7 +14,7 @@ def test_the_defaults_are_those_of_the_contract_and_valid():
 @pytest.mark.parametrize("change", [
     {"resolution": 4}, {"resolution": 2.5}, {"seed": -1}, {"symmetry": "maybe"}, {"simplify": "some"}, {"simplify": "1"},
     {"fit": "on"}, {"proportions": "on"}, {"size_mm": 0}, {"size_mm": float("nan")}, {"clearance_mm": -0.1},
-    {"clearance_mm": 50.0}, {"style": "foam"}, {"wall_mm": 0.0}, {"frames": 1}, {"frames": -3}, {"loop": "on"}, {"together": 1}, {"fold_seconds": 0.0}, {"threads": -1}])
+    {"clearance_mm": 50.0}, {"style": "foam"}, {"transfer": "best"}, {"wall_mm": 0.0}, {"frames": 1}, {"frames": -3}, {"loop": "on"}, {"together": 1}, {"fold_seconds": 0.0}, {"threads": -1}])
 def test_a_choice_that_cannot_be_used_is_refused_in_one_line(change):
     with pytest.raises(UserError) as caught:
         DesignOptions(**change).validate()

@@ -50,6 +50,7 @@ def native(monkeypatch):
     import transformables_native
     transformables_native.calls.clear()
     transformables_native.searches.clear()
+    transformables_native.transfers.clear()
     transformables_native.budgets.clear()
     yield transformables_native
     sys.modules.pop("transformables_native")
@@ -327,6 +328,17 @@ def test_edits_are_replayed_after_transfer_and_transfer_heeds_them(native):
     assert arm.reach == pytest.approx(0.05) and arm.bone == "arm"  # 15 of 150 mm, which are 0.5 target units
     assert wheel.painted == bytes(72) and wheel.name == "wheel"
     assert "edit remove was told of" in result["warnings"] and "edit remove was told of" in ears.warnings
+
+
+def test_transfer_is_told_its_way_and_which_part_gives_room_at_a_joint(native):
+    message, arrays = two_bones(until="segmentation", edits=[{"kind": "parent_gives", "bone": "arm"}, {"kind": "bone_gives", "bone": "root"},
+                                                             {"kind": "bone_gives", "bone": "nobody"}])
+    message["options"]["transfer"] = "exact"
+    ears = Ears()
+    result, _ = pipeline.run(message, arrays, ears)
+    assert native.transfers and all(told == ("exact", {1: "to_child"}) for told in native.transfers)
+    assert not any(call[0] == "edited" for call in native.calls if not isinstance(call, str)), "nothing is left to replay"
+    assert [any(f"'{name}'" in text for text in result["warnings"]) for name in ("root", "nobody", "arm")] == [True, True, False]
 
 
 def test_the_search_hears_of_edits_and_poses_that_miss_painted_regions_are_not_rehearsed(native, monkeypatch):

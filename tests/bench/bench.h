@@ -2,6 +2,7 @@
 #pragma once
 
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 
 #include <Eigen/Core>
 #include <fstream>
@@ -18,7 +19,10 @@ inline std::string name_of(const Eigen::Vector3i& grid) {
 /// Linux: the highest resident size since `reset`, in MB; 0 where it can't be known.
 class PeakMemory {
  public:
-  PeakMemory() { std::ofstream("/proc/self/clear_refs") << "5"; }
+  PeakMemory() {
+    malloc_trim(0);  // what benches before this one have left
+    std::ofstream("/proc/self/clear_refs") << "5";
+  }
   double megabytes() const {
     std::ifstream status("/proc/self/status");
     for (std::string line; std::getline(status, line);)

@@ -67,18 +67,23 @@ def evaluation_table(results):
 
 
 def growth_table(results):
-    rows, points = [], []
-    for (_, grid), codes in results.items():
+    rows, points, previews = [], [], []
+    for (stage, grid), codes in results.items():
         if "production" not in codes:
             continue
         ours = codes["production"]
+        if stage == "preview":
+            previews.append([grid, f"{ours['inside']:.0f}", ms(codes, "flood"), ms(codes, "production"), number(ours["peak_MB"])])
+            continue
         points.append((ours["inside"], ours["ms"]))
         paper_memory = number(codes["paper"]["peak_MB"]) if "paper" in codes else ""
         rows.append([grid, f"{ours['inside']:.0f}", ms(codes, "production"), ms(codes, "paper"), number(ratio(codes, "paper", "production")),
                      number(ours["peak_MB"]), paper_memory])
     head = ["grid", "voxels inside", "production, ms", "paper, ms", "ratio", "peak, MB", "paper's peak, MB"]
     slope = exponent(points)
-    return ["### Growth of the skins", "", *table(head, rows), "", f"Cost of production: (voxels)^{slope:.2f}." if slope else ""]
+    lines = ["### Growth of the skins", "", *table(head, rows), "", f"Cost of production: (voxels)^{slope:.2f}." if slope else ""]
+    head = ["grid", "voxels inside", "flood alone, ms", "whose each sample is, ms", "peak, MB"]
+    return lines + ["", "### The division while the search runs", "", *table(head, previews)]
 
 
 def folding_table(results):

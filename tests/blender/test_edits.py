@@ -99,6 +99,20 @@ def test_a_wish_that_is_switched_off_is_not_sent(scene):
     assert _gathered() == ([], {})
 
 
+def test_how_joints_get_their_room_is_chosen_for_all_or_for_one(scene, stand_in):
+    from transformables.ui import fingerprint, job_operator
+    _wish("bone_gives", "link1")
+    _wish("parent_gives", "link2")
+    assert _gathered() == ([{"kind": "bone_gives", "bone": "link1"}, {"kind": "parent_gives", "bone": "link2"}], {})
+    bpy.ops.transformables.segment()
+    stage = scene.transformables.segmentation_stage
+    assert fingerprint.fits(scene, "segmentation", stage.stored_for, thorough=True)
+    for way in ("cylinder", "exact"):
+        stage.transfer = way
+        assert job_operator.options_of(scene).transfer == way
+    assert not fingerprint.fits(scene, "segmentation", stage.stored_for, thorough=True)
+
+
 def test_wishes_and_what_is_painted_make_stored_parts_out_of_date(scene, stand_in):
     from transformables.ui import fingerprint
     box = bpy.data.objects["Box"]

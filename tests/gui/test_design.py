@@ -317,8 +317,8 @@ def _drag(x, y, by, key=None):
     yield from _mouse("LEFTMOUSE", "PRESS", x, y)
     for step in range(1, 5):
         yield from driver.move_to(x, y + by * step / 4)
-        if step == 2:
-            yield from _mouse("WHEELUPMOUSE", "PRESS", x, y + by / 2)
+        if step in (2, 3):  # both make it larger, as in Blender's own proportional editing
+            yield from _mouse("WHEELDOWNMOUSE" if step == 2 else "PAGE_UP", "PRESS", x, y + by * step / 4)
     yield from picture("drag")
     yield from _mouse(*(key, "PRESS") if key else ("LEFTMOUSE", "RELEASE"), x, y + by)
     yield 1.0
@@ -342,7 +342,7 @@ def dragging_a_seam_keeps_it_where_it_is_released_and_esc_and_ctrl_z_take_it_bac
     before, seams = stage.seams, json.loads(stage.seams)
     top = max((p for s in seams if len(s["points"]) > 12 for p in s["points"]), key=lambda p: p[2])
     x, y = _on_screen(top)
-    times, parts = _timed(), _parts_on_surface()
+    (times, sizes), parts = _timed(), _parts_on_surface()
     yield from _drag(x, y, 40, key="ESC")
     assert stage.seams == before and len(stage.edits) == 0
     assert (_parts_on_surface() == parts).all()
@@ -355,6 +355,8 @@ def dragging_a_seam_keeps_it_where_it_is_released_and_esc_and_ctrl_z_take_it_bac
     assert (_parts_on_surface() != parts).sum() > 10, "places changed hands"
     print(f"a drag's updates take {1000 * max(times):.1f} ms at most ({len(times)} of them)", flush=True)
     assert max(times) < 0.033
+    first = sizes[0]
+    assert [round(size / first, 2) for size in dict.fromkeys(sizes)] == [1.0, 1.15, 1.32], "the wheel and the key let more of the seam follow"
     shares = stage.stored
     yield from wait_for(lambda: running() is None, 120, "the parts to settle")
     assert not last_error(), last_error()
@@ -404,20 +406,21 @@ def _parts_on_surface():
 
 
 def _timed():
-    """Seconds of computing of every update of a drag from now on: where the seam goes, which places follow, and their colours. Of this thread, as
+    """Seconds of computing of every update of a drag from now on, and the fall-off's size then: where the seam goes, which places follow, and their colours. Of this thread, as
     Blender's redraw and other programs do not count."""
     import time
     from transformables.stages.segmentation.seam_operator import TRANSFORMABLES_OT_move_seam as operator
     from transformables.ui import seam_overlay
-    times, follow = [], operator._follow
+    times, sizes, follow = [], [], operator._follow
 
     def timed(self, context, event):
         began = time.thread_time()
         follow(self, context, event)
         seam_overlay._dragged["surface"].batch(seam_overlay._dragged["parts"])
         times.append(time.thread_time() - began)
+        sizes.append(self.size)
     operator._follow = timed
-    return times
+    return times, sizes
 
 
 def exploring_lists_poses_and_clicking_one_draws_it_and_use_takes_it():

@@ -176,9 +176,9 @@ TEST(SharedPairs, AfterTransferParentAndChildHardlyOverlapAnywhereOnTheirWay) {
     }
     std::cout << name << ": " << over << " of " << joints << " joints overlap by more than 0.01 %, the worst by " << 100 * worst.whole
               << " %, deeper than half a voxel " << 100 * worst.deep << " %\n";
-    EXPECT_LE(over, joints / 5);
-    EXPECT_LT(worst.whole, 5e-4) << "of the target's volume";
-    EXPECT_LT(worst.deep, 2e-5) << "of the target's volume, deeper than half a voxel";
+    EXPECT_LE(over, std::getenv("TRANSFORMABLES_SWEEP") ? 1 : 0);   // car_beetle's minitaur has one
+    EXPECT_LT(worst.whole, 1.5e-4) << "of the target's volume";
+    EXPECT_LT(worst.deep, 1e-5) << "of the target's volume, deeper than half a voxel";
   }
 }
 

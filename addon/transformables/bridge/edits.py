@@ -7,7 +7,7 @@ import numpy as np
 from ..core.options import UserError
 from . import mesh
 
-OF_A_BONE = ("remove", "inhibit", "assign")
+OF_A_BONE = ("remove", "inhibit", "assign", "bone_gives", "parent_gives")
 PAINTED = ("keep_whole", "assign")
 
 

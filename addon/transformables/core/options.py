@@ -11,6 +11,7 @@ class UserError(Exception):
 SYMMETRIES = ("auto", "on", "off")
 STYLES = ("solid", "shell")
 FITS = ("auto", "off")
+TRANSFERS = ("auto", "cylinder", "exact")
 LARGEST_AUTO_BONES = 25  # of CONTRACT.md: auto takes a character of over 25 bones down to 25 at most
 
 
@@ -26,6 +27,7 @@ class DesignOptions:
     clearance_mm: float = 0.3   # gap between neighbouring parts
     style: str = "solid"        # one of STYLES
     wall_mm: float = 1.2        # of shells
+    transfer: str = "auto"      # one of TRANSFERS: how parts that share a joint make room for its turn
     hinges: bool = True         # a pin, a clevis and a tongue at joints of one axis, where there is room; else balls in sockets
     frames: int = 0             # length of the fold's action; 0: by the angles turned
     together: bool = True       # joints whose moves follow each other turn at the same time where that is proved to be safe
@@ -40,6 +42,7 @@ class DesignOptions:
         _one_of("symmetry", self.symmetry, SYMMETRIES)
         _one_of("fit", self.fit, FITS)
         _one_of("style", self.style, STYLES)
+        _one_of("transfer", self.transfer, TRANSFERS)
         if not isinstance(self.proportions, bool):
             raise UserError(f"proportions is {self.proportions!r}: choose on or off")
         self.bone_limit()

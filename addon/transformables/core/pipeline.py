@@ -6,7 +6,7 @@ A job is a dict: `options` (DesignOptions.as_dict()), `character` {names, parent
 `stored` {embedding, path, start, rival}, as an earlier result gave them: an embedding or a path that is there is not searched again,
 `start` is a pose to search from; `rival` a pose that is kept unless the search finds a better one; `steering` (core/steering.py) what the search leaves alone; `explore` {count, least_difference}: search
 for several poses (the result has them as `solutions`), and go on with the best; `names`, `target` and `warnings` go into the result.
-`edits` (optional) are the artist's edits of the segmentation, in order: {kind ("remove", "inhibit", "keep_whole", "assign", "move_seam"), bone and
+`edits` (optional) are the artist's edits of the segmentation, in order: {kind ("remove", "inhibit", "keep_whole", "assign", "move_seam", or one of GIVES: which part makes room at a bone's joint), bone and
 other (armature bones), name (for messages), thickness_mm, faces, from, to (names of arrays: corners of painted triangles, n x 9, places of a
 seam's points, n x 3, world units)}. Arrays: heads, tails, axes, vertices, rotation (float64), triangles (int32).
 """
@@ -22,6 +22,7 @@ UNTIL = ("embedding", "segmentation", "folding", "finishing")
 STAGES = ("character", "target", *UNTIL)
 PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: printing)
 PREVIEW_CLEARANCE_MM = 0.05
+GIVES = {"bone_gives": "to_parent", "parent_gives": "to_child"}
 TRIED = 3                  # folded poses, of which the one is taken that loses least to carving when it unfolds
 ELSEWHERE = 1_000_003      # added to the seed for a second search
 EVALUATIONS = 5000         # of the objective, for each
@@ -122,7 +123,9 @@ class Run:
         self.skeleton = kinematics.Skeleton(
             character.members, character.parents, character.hinges, character.first_angle,
             *(array("d", bytes(self._bytes(name))) for name in ("heads", "tails", "axes")))
-        self.edits = [self._native_edit(edit) for edit in self.job.get("edits") or ()]
+        edits = self.job.get("edits") or ()
+        self.edits = [self._native_edit(edit) for edit in edits if edit["kind"] not in GIVES]
+        self.directions = self._directions([edit for edit in edits if edit["kind"] in GIVES])
         if self.stored.get("embedding"):
             self.embedding = self._stored_embedding(self.stored["embedding"])
             return
@@ -220,7 +223,22 @@ class Run:
     def _grown(self, embedding, target, progress):
         rooms = (self.character, target, embedding)
         grown = self.tn.grow(*rooms, threads=self.options.threads, progress=lambda fraction, note="": progress(0.6 * fraction, note))
-        return self.tn.transfer(grown, *rooms, threads=self.options.threads, progress=lambda fraction, note="": progress(0.6 + 0.4 * fraction, note))
+        return self._transferred(grown, embedding, target, lambda fraction, note="": progress(0.6 + 0.4 * fraction, note))
+
+    def _transferred(self, segmentation, embedding, target, progress):
+        return self.tn.transfer(segmentation, self.character, target, embedding, method=self.options.transfer, direction_of=self.directions,
+                                threads=self.options.threads, progress=progress)
+
+    def _directions(self, edits):
+        """Of a body's joint with its parent, which of the two gives material to the other."""
+        directions = {}
+        for edit in edits:
+            body = self._bodies().get(edit["bone"])
+            if body is None or self.character.parents[body] < 0:
+                self._warn([f"Which part gives room at the joint of '{edit['bone']}' was left out: this character has no such joint"])
+            else:
+                directions[body] = GIVES[edit["kind"]]
+        return directions
 
     def _trace_surface(self):
         """How the target's surface is divided, and the seams there, as edits find them when they are replayed: before folding has its say."""
@@ -239,8 +257,7 @@ class Run:
         self.segmentation, report = self.tn.edited(self.segmentation, *rooms, self.edits, threads=self.options.threads)
         self._warn(report)
         self._trace_surface()
-        self.segmentation = self.tn.transfer(self.segmentation, *rooms, threads=self.options.threads,
-                                             progress=self._progress("segmentation", 0.9, 1.0))
+        self.segmentation = self._transferred(self.segmentation, self.embedding, self.target, self._progress("segmentation", 0.9, 1.0))
 
     def _native_edit(self, edit):
         painted, start, end = (self._bytes(edit[key]) if key in edit else b"" for key in ("faces", "from", "to"))

@@ -88,7 +88,7 @@ def _inputs(scene, stage, thorough):
         rows.append(round(s.folding_stage.seconds, 3))
     if stage in ("segmentation", "folding"):
         rows += _edits(scene, target, thorough)
-        rows += [round(s.target_stage.size_mm, 4), round(s.finishing_stage.clearance_mm, 4)]
+        rows += [s.segmentation_stage.transfer, round(s.target_stage.size_mm, 4), round(s.finishing_stage.clearance_mm, 4)]
     return rows
 
 

@@ -24,7 +24,8 @@ def options_of(scene):
         resolution=target.resolution, seed=embedding.seed, symmetry=embedding.symmetry,
         simplify=str(character.simplify_count) if character.simplify == "count" else character.simplify,
         fit=character.fit, proportions=embedding.proportions, size_mm=round(target.size_mm, 4),
-        clearance_mm=round(finishing.clearance_mm, 4), style=finishing.style, wall_mm=round(finishing.wall_mm, 4), hinges=finishing.hinges,
+        clearance_mm=round(finishing.clearance_mm, 4), style=finishing.style, wall_mm=round(finishing.wall_mm, 4),
+        transfer=s.segmentation_stage.transfer, hinges=finishing.hinges,
         frames=folding.frames, loop=folding.loop, together=folding.together, fold_seconds=round(folding.seconds, 3), threads=preferences.get().threads)
     options.validate()
     return options

@@ -5,7 +5,7 @@ from bl_operators.presets import AddPresetBase
 
 FOLDER = "transformables"
 SETTINGS = ("character_stage.simplify", "character_stage.simplify_count", "character_stage.fit", "target_stage.resolution", "target_stage.size_mm",
-            "embedding_stage.symmetry", "embedding_stage.proportions", "finishing_stage.clearance_mm", "finishing_stage.style",
+            "embedding_stage.symmetry", "embedding_stage.proportions", "segmentation_stage.transfer", "finishing_stage.clearance_mm", "finishing_stage.style",
             "finishing_stage.wall_mm", "finishing_stage.hinges", "folding_stage.seconds", "folding_stage.frames", "folding_stage.together", "folding_stage.loop")
 
 

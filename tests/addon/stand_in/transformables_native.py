@@ -17,6 +17,7 @@ TETRAHEDRON = ((0, 0, 0), (0.05, 0, 0), (0, 0.05, 0), (0, 0, 0.05))
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
 calls = []
 searches = []  # what each search was told
+transfers = []  # what each transfer was told
 budgets = []   # expansions and seconds of each search for an order
 
 
@@ -130,8 +131,9 @@ def grow(character, target, embedding, *, threads=0, progress=None):
     return SimpleNamespace(volumes=[0.01] * len(character.names))
 
 
-def transfer(segmentation, character, target, embedding, *, ranges="straight", threads=0, progress=None):
+def transfer(segmentation, character, target, embedding, *, ranges="straight", method="auto", direction_of=None, threads=0, progress=None):
     calls.append("transfer")
+    transfers.append((method, direction_of))
     return segmentation
 
 

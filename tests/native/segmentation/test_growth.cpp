@@ -18,9 +18,10 @@ TEST(Growth, TilesEveryTargetForRandomPoses) {
 }
 
 TEST(Growth, LeavesSmoothInterfaces) {
-  const Target target = sphere_target(48);
+  const Target targets[] = {sphere_target(48), box_target({0.25, 0.2, 0.25}, 48)};
   std::vector<float> all;
-  for (unsigned seed = 1; seed <= 3; ++seed) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const Target& target = targets[seed % 2];
     const auto some = interface_curvatures(grown(random_pose(target, seed), target), target);
     all.insert(all.end(), some.begin(), some.end());
   }
@@ -28,7 +29,7 @@ TEST(Growth, LeavesSmoothInterfaces) {
   ASSERT_GT(all.size(), 300u);
   // A staircase has a median near 0.5; the threshold of Eq. 6 is 0.25.
   EXPECT_LT(all[all.size() / 2], 0.125f);
-  EXPECT_LT(all[all.size() * 9 / 10], 0.25f);
+  EXPECT_LT(all[all.size() * 95 / 100], 0.25f) << all[all.size() * 9 / 10];
 }
 
 TEST(Growth, FollowsTheTargetAndNotTheStraightLine) {

@@ -43,6 +43,7 @@ class TRANSFORMABLES_PT_segmentation(StagePanel, bpy.types.Panel):
 
     def draw_settings(self, context, layout):
         stage = context.scene.transformables.segmentation_stage
+        layout.prop(stage, "transfer")
         layout.label(text="Wishes")
         row = layout.row()
         row.template_list("TRANSFORMABLES_UL_edits", "", stage, "edits", stage, "active_edit", rows=3)

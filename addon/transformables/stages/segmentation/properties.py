@@ -8,8 +8,10 @@ KINDS = (("inhibit", "No Growth", "The bone's part stays close to its skeleton; 
          ("remove", "No Skin", "The bone has no skin, only its bare skeleton; its neighbours take the room", "REMOVE", 1),
          ("keep_whole", "Keep Whole", "What a vertex group of the target holds ends in one part, such as a wheel or a face", "MESH_CIRCLE", 2),
          ("assign", "Assign to Bone", "What a vertex group of the target holds ends in the part of one bone", "BONE_DATA", 3),
-         ("move_seam", "Moved Seam", "The line between two parts runs where it was dragged to", "MOD_CURVE", 4))
-TO_ADD = KINDS[:4]  # a seam is added by dragging it
+         ("move_seam", "Moved Seam", "The line between two parts runs where it was dragged to", "MOD_CURVE", 4),
+         ("bone_gives", "Bone Gives Room", "Where the bone's part and its parent's would collide as their joint turns, the bone gives material to its parent", "TRIA_UP", 5),
+         ("parent_gives", "Parent Gives Room", "Where the bone's part and its parent's would collide as their joint turns, the parent gives material to the bone", "TRIA_DOWN", 6))
+TO_ADD = tuple(kind for kind in KINDS if kind[0] != "move_seam")  # a seam is added by dragging it
 
 
 class TransformablesEdit(bpy.types.PropertyGroup):
@@ -35,6 +37,11 @@ class TransformablesEdit(bpy.types.PropertyGroup):
 
 class TransformablesSegmentationSettings(bpy.types.PropertyGroup):
     edits: CollectionProperty(type=TransformablesEdit, description="What the artist wants of the parts; heeded whenever the target is divided")
+    transfer: EnumProperty(
+        name="Room at Joints", default="auto", description="How two parts that share a joint make room for its turn",
+        items=(("auto", "Automatic", "Whichever way moves less, joint by joint"),
+               ("cylinder", "Round", "All that is nearer to the hinge than a certain distance goes to one part"),
+               ("exact", "Least", "Only what would be in the way goes to the other part. Joints of several axes are made round all the same")))
     seams: StringProperty(
         name="Seams", options={"HIDDEN"}, description="Where parts meet on the target, in its own space, as JSON text")
     division: PointerProperty(

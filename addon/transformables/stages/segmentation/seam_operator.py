@@ -17,12 +17,13 @@ from ...ui import seam_overlay, session, settings
 PICKED_WITHIN_PIXELS = 24
 FIRST_SIZE = 0.15      # of the target's longest side: the fall-off a drag begins with
 LEAST_PULL = 1e-3      # of the fall-off's size
-WHEEL = 1.15           # what a turn of the wheel does to it
+LARGER, SMALLER = ("WHEELDOWNMOUSE", "PAGE_UP"), ("WHEELUPMOUSE", "PAGE_DOWN")  # Blender's own for proportional editing
+WHEEL = 1.15           # what a turn of the wheel or a key does to it
 HOLDING = 8            # points beside the moved ones that say that the seam stays there
 
 
 class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
-    """Drag the line between two parts over the target: press on a seam, and release where it is to be. The wheel changes how much of the seam follows; Esc or a right click leaves all as it was"""
+    """Drag the line between two parts over the target: press on a seam, and release where it is to be. The wheel, or Page Up and Page Down, change how much of the seam follows; Esc or a right click leaves all as it was"""
 
     bl_idname = "transformables.move_seam"
     bl_label = "Drag Seam"
@@ -78,9 +79,10 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
             return {"RUNNING_MODAL"}
         if not self._dragging:
             return {"PASS_THROUGH"}
-        if event.type in ("WHEELUPMOUSE", "WHEELDOWNMOUSE"):
-            self.size *= WHEEL if event.type == "WHEELUPMOUSE" else 1 / WHEEL
-            self._show(context)
+        if event.type in (*LARGER, *SMALLER):
+            if event.value == "PRESS":
+                self.size *= WHEEL if event.type in LARGER else 1 / WHEEL
+                self._show(context)
         elif event.type == "MOUSEMOVE":
             self._follow(context, event)
         elif event.type == "LEFTMOUSE" and event.value == "RELEASE":
@@ -173,7 +175,7 @@ class TRANSFORMABLES_OT_move_seam(bpy.types.Operator):
         moved, closed = self._moved(), self._seams[self.seam]["closed"]
         seam_overlay.show_dragged(moved + moved[:1] if closed else moved, self._drawn, self._division.moved(moved))
         bones = self._seams[self.seam]["bones"]
-        self._tell(context, f"Seam between {bones[0]} and {bones[1]}   size {self.size:.3g} (wheel)   (release: keep, Esc: cancel)")
+        self._tell(context, f"Seam between {bones[0]} and {bones[1]}   size {self.size:.3g} (wheel, Page Up/Down)   (release: keep, Esc: cancel)")
         session.redraw()
 
     def _tell(self, context, text):

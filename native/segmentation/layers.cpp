@@ -1,0 +1,157 @@
+#include "segmentation/layers.h"
+
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "segmentation/lattice.h"
+#include "segmentation/tiling.h"
+
+namespace transformables::segmentation_inner {
+namespace {
+
+constexpr double kAllowed = 5e-5;     // of the target's volume, mean over a joint's motions: less is left as it is
+constexpr double kMuch = 2e-3;        // the same: more is no matter of layers
+constexpr int kRounds = 6;            // what gives way in one place may meet in another
+constexpr int kSweeps = 3;            // over what was found to meet
+constexpr double kThick = 0.5;        // steps: what is deeper in both parts is no layer
+constexpr double kClear = 0.01;       // steps beyond the other's surface
+
+/// The samples of the cell about a point, and their trilinear weights.
+struct Corners {
+  std::array<Eigen::Vector3i, 8> cell;
+  std::array<double, 8> weight;
+};
+
+Corners corners_of(const GridShape& shape, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d q = (p - shape.origin) / shape.step;
+  const Eigen::Vector3i c = q.array().floor().cast<int>();
+  const Eigen::Vector3d t = q - c.cast<double>();
+  Corners corners;
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3i o(k & 1, k >> 1 & 1, k >> 2);
+    corners.cell[k] = c + o;
+    corners.weight[k] = (o.x() ? t.x() : 1 - t.x()) * (o.y() ? t.y() : 1 - t.y()) * (o.z() ? t.z() : 1 - t.z());
+  }
+  return corners;
+}
+
+class Layers {
+ public:
+  Layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Joint& joint)
+      : s_(segmentation), target_(target), skeleton_(skeleton), joint_(joint), step_(segmentation.shape.step) {}
+
+  bool are_there() const { return !s_.phi[joint_.child].values.empty() && !s_.phi[joint_.parent].values.empty(); }
+
+  bool part(bool whole);
+
+ private:
+  struct State {
+    double left;
+    std::vector<std::int16_t> owner;
+    Grid<float> child, parent;
+  };
+
+  double side(const Eigen::Vector3d& p) const {
+    const double far = 4 * step_;
+    return 0.5 * (std::min(double(value_at(s_.phi[joint_.child], p)), far) - std::min(double(value_at(s_.phi[joint_.parent], p)), far));
+  }
+  void give_way(const Eigen::Vector3d& p, const Eigen::Vector3d& q, bool whole);
+  void move(const Eigen::Vector3d& p, double change, bool whole);
+  void move(const Eigen::Vector3i& cell, double change, bool whole);
+
+  Segmentation& s_;
+  const Target& target_;
+  const Skeleton& skeleton_;
+  const Joint& joint_;
+  double step_;
+};
+
+// The best of all rounds: what gives way in one place may meet in another. Tells whether anything was changed. `whole`: samples may change their owners.
+bool Layers::part(bool whole) {
+  State best{1e9, {}, {}, {}};
+  for (int round = 0;; ++round) {
+    const Collisions found = collisions(s_, target_, joint_, true);
+    if (round == 0 && (found.mean <= kAllowed * target_.volume || found.mean > kMuch * target_.volume)) return false;
+    if (found.mean < best.left) best = {found.mean, s_.owner, s_.phi[joint_.child], s_.phi[joint_.parent]};
+    if (round == kRounds || found.mean <= kAllowed * target_.volume) break;
+    for (int sweep = 0; sweep < kSweeps; ++sweep)
+      for (const Eigen::Vector3d& p : found.points)
+        for (const Eigen::Isometry3d& motion : joint_.motions)
+          if (const Eigen::Vector3d q = motion * p; is_in(s_, target_, joint_.parent, q)) give_way(p, q, whole);
+  }
+  s_.owner = std::move(best.owner);
+  s_.phi[joint_.child] = std::move(best.child);
+  s_.phi[joint_.parent] = std::move(best.parent);
+  return true;
+}
+
+// A point of the child that comes to lie in the parent.
+void Layers::give_way(const Eigen::Vector3d& p, const Eigen::Vector3d& q, bool whole) {
+  const double child = -side(p), parent = side(q);
+  if (child <= 0 || parent <= 0 || std::min(child, parent) > kThick * step_) return;
+  if (child < parent) move(p, child + kClear * step_, whole);
+  else move(q, -parent - kClear * step_, whole);
+}
+
+// The least change of the samples about a point that moves its side by so much.
+void Layers::move(const Eigen::Vector3d& p, double change, bool whole) {
+  const Corners corners = corners_of(s_.shape, p);
+  double squares = 0;
+  for (double w : corners.weight) squares += w * w;
+  for (int k = 0; k < 8; ++k) move(corners.cell[k], change * corners.weight[k] / squares, whole);
+}
+
+void Layers::move(const Eigen::Vector3i& cell, double change, bool whole) {
+  Grid<float>&of_child = s_.phi[joint_.child], &of_parent = s_.phi[joint_.parent];
+  const Eigen::Vector3i a = cell - s_.shape.nearest(of_child.shape.origin), b = cell - s_.shape.nearest(of_parent.shape.origin);
+  if (!of_child.shape.contains(a) || !of_parent.shape.contains(b)) return;
+  const std::size_t i = s_.shape.index(cell);
+  const int owner = s_.owner[i];
+  if (is_beside_pinned(s_, cell)) return;
+  const float band = float(kBand * step_), least = float(kLeast * step_);
+  float child = std::clamp(of_child.at(a) + float(change), -band, band), parent = std::clamp(of_parent.at(b) - float(change), -band, band);
+  const int taker = owner != joint_.child && owner != joint_.parent ? owner : child < parent ? joint_.child : joint_.parent;
+  const bool stays = taker == owner || !whole || skeleton_.core[i] == owner || !s_.may_grow(taker);
+  if (owner >= 0) {   // its owner's level set is negative at a sample, all others are not
+    const int is = stays ? owner : taker;
+    child = is == joint_.child ? std::min(child, -least) : std::max(child, least);
+    parent = is == joint_.parent ? std::min(parent, -least) : std::max(parent, least);
+    s_.owner[i] = std::int16_t(is);
+  }
+  of_child.at(a) = child, of_parent.at(b) = parent;
+}
+
+}  // namespace
+
+// Samples that change their owner may cut a piece off, or open a way outside: level sets are settled, and what that brings is parted between samples alone.
+void part_layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
+                 int threads) {
+  std::vector<char> growing;
+  for (std::size_t b = 0; b < segmentation.phi.size() && !segmentation.inhibited.empty(); ++b) growing.push_back(segmentation.may_grow(int(b)));
+  tbb::task_arena arena(arena_size(threads));
+  std::vector<Joint> parted;
+  arena.execute([&] {
+    for (const Joint& joint : joints)
+      if (Layers layers(segmentation, target, skeleton, joint); layers.are_there() && layers.part(true)) parted.push_back(joint);
+  });
+  if (parted.empty()) return;
+  make_tiling(target, skeleton.core, int(segmentation.phi.size()), segmentation.owner, growing);
+  surfaces.settle(segmentation, {}, threads);
+  arena.execute([&] {
+    for (const Joint& joint : parted) Layers(segmentation, target, skeleton, joint).part(false);
+  });
+}
+
+bool is_beside_pinned(const Segmentation& segmentation, const Eigen::Vector3i& cell) {
+  constexpr int kReach = 2, kSide = 2 * kReach + 1;
+  for (int k = 0; k < kSide * kSide * kSide && !segmentation.pinned.empty(); ++k) {
+    const Eigen::Vector3i n = cell + Eigen::Vector3i(k % kSide, k / kSide % kSide, k / (kSide * kSide)) - Eigen::Vector3i::Constant(kReach);
+    if (segmentation.shape.contains(n) && segmentation.is_pinned(segmentation.shape.index(n))) return true;
+  }
+  return false;
+}
+
+}  // namespace transformables::segmentation_inner

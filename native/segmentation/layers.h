@@ -1,0 +1,24 @@
+// Thin layers in which a joint's two parts still meet on their way, parted to a small fraction of a sample. Inner to the room.
+#pragma once
+
+#include <vector>
+
+#include "segmentation/joint.h"
+#include "segmentation/segmentation.h"
+#include "segmentation/skeleton.h"
+#include "segmentation/surfaces.h"
+#include "target/target.h"
+
+namespace transformables::segmentation_inner {
+
+/// Where a point of the child's part lies in the parent's part at one of the joint's motions, the shallower of the two gives way there, by no more than
+/// it must: the samples about the point change as little as they can (Kaczmarz' projections), until no such point is left or rounds are used up.
+/// Points stand half a step apart. What is deeper than half a step in both stays, as do pinned samples and those beside them, cores and inhibited bones. Both level sets change
+/// together, so the result is a tiling again. It does not depend on the number of threads.
+void part_layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
+                 int threads);
+
+/// Whether a sample is pinned or within two of one that is: interfaces there run as the artist wants them, outside the target, too.
+bool is_beside_pinned(const Segmentation& segmentation, const Eigen::Vector3i& cell);
+
+}  // namespace transformables::segmentation_inner
