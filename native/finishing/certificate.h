@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,11 +63,20 @@ struct Certificate {
 Certificate certify(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
                     const CertificateOptions& options, const Progress& progress);
 
-/// The same again after some parts were changed: what was found out about triangles that are still there, to the last bit, is taken over, and
-/// only new ones are compared. Cutting leaves most triangles of a part as they were.
-/// @param before        made for the same character, embedding, path and options
-/// @param parts_before  the parts that it was made for
-Certificate certify_again(const Certificate& before, const std::vector<Part>& parts_before, const std::vector<Part>& parts, const Character& character,
-                          const Embedding& embedding, const FoldPath& path, const CertificateOptions& options, const Progress& progress);
+/// Proves the same design again and again while some of its parts change: what was found out about triangles that are still there, to the last
+/// bit, is taken over, and only new ones are compared. Cutting leaves most triangles of a part as they were.
+class Prover {
+ public:
+  /// Refers to the character, the embedding and the path while it lives. @throws InvalidInput as certify() does
+  Prover(const Character& character, const Embedding& embedding, const FoldPath& path, const CertificateOptions& options);
+  ~Prover();
+
+  /// @throws as the function of the same name
+  Certificate certify(const std::vector<Part>& parts, const Progress& progress);
+
+ private:
+  class Memory;
+  std::unique_ptr<Memory> memory_;
+};
 
 }  // namespace transformables

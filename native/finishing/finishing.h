@@ -55,7 +55,8 @@ struct MeshCheck {
   int extra_pieces = 0;
   bool good() const { return !open && !non_manifold && !self_intersecting && !inside_out && extra_pieces == 0; }
 };
-MeshCheck check(const TriangleMesh& mesh);
+/// @param simple  the mesh is known not to meet itself: that, which takes longest, is not looked at again
+MeshCheck check(const TriangleMesh& mesh, bool simple = false);
 
 /// The surface where a sampled field is 0, as a closed manifold mesh without self-intersections (marching tetrahedra: each
 /// piece stays in its tetrahedron); negative is inside; the field must be positive all around the border.

@@ -132,7 +132,7 @@ std::optional<Part> Hinges::fitted(const Part& plain, const std::vector<int>& jo
     else if (solid = combined(*solid, moved(hinge.taken, into), Combination::kDifference, crumb); !solid) return std::nullopt;
   }
   if (!given.empty()) solid = combined(*solid, given, Combination::kUnion, crumb);
-  if (!solid || !round_and_tidy(*solid, Eigen::Isometry3d::Identity(), scene_.lattice.scale) || !check(solid->mesh).good()) return std::nullopt;
+  if (!solid || !round_and_tidy(*solid, Eigen::Isometry3d::Identity(), scene_.lattice.scale) || !check(solid->mesh, true).good()) return std::nullopt;
   const double volume = signed_volume(solid->mesh);
   return Part{plain.bone, std::move(solid->mesh), std::move(solid->source), volume};
 }

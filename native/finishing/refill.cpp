@@ -52,10 +52,12 @@ class Growing {
   /// How near others come in a move; what can't be had any more is not looked at again. False when nothing is left.
   bool heed(const std::vector<const PartField*>& others, const MoveMotion& motion) {
     std::vector<Swept> all(others.size());
+    std::vector<Matter> matters;
+    for (const std::uint32_t n : bricks_.samples) matters.push_back({clear_[n], needed(n)});
     tbb::parallel_for(std::size_t(0), others.size(), [&](std::size_t o) {
       const PartField& other = *others[o];
       if (!PairConfigurations::can_meet(motion, part_, other, reach_)) return;
-      all[o] = sweep(part_, bricks_, other, PairConfigurations(motion, part_, other), scene_.lattice.cover, reach_, kEdge);
+      all[o] = sweep(part_, bricks_, other, PairConfigurations(motion, part_, other), scene_.lattice.cover, reach_, kEdge, matters);
     });
     bool fewer = false;
     for (const Swept& swept : all)
@@ -81,7 +83,9 @@ class Growing {
   }
 
  private:
-  bool worth(std::size_t n) const { return part_.inner[n] - (gap_ - clear_[n]) > kWorth * step_; }
+  /// How near others may come to a sample that is worth having.
+  float needed(std::size_t n) const { return gap_ + kWorth * step_ - part_.inner[n]; }
+  bool worth(std::size_t n) const { return clear_[n] > needed(n); }
   bool at_a_joint(const Eigen::Vector3i& c) const {
     const Eigen::Vector3d p = scene_.lattice.outer.shape.position(c);
     return std::any_of(joints_.begin(), joints_.end(), [&](const Ball& ball) { return (p - ball.centre).norm() < ball.radius; });
