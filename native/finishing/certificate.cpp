@@ -5,8 +5,10 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -19,9 +21,20 @@
 #include "finishing/relative_motion.h"
 
 namespace transformables {
-namespace {
 
 using namespace finishing;
+
+class ReadyParts {
+ public:
+  struct Ready {
+    TriangleMesh mesh;
+    BoxTree tree;
+    std::vector<Eigen::Vector3d> points;   ///< one of each connected piece
+  };
+  std::map<int, std::shared_ptr<const Ready>> of;   ///< by bone
+};
+
+namespace {
 
 constexpr double kRelativeRounding = 1e-6;
 constexpr std::size_t kTasksAtOnce = 400;   ///< between two looks at whether to go on: a second or two
@@ -103,16 +116,10 @@ std::vector<Eigen::Vector3d> piece_points(const TriangleMesh& mesh) {
   return points;
 }
 
-/// A part ready to be compared; it stays so while the part does not change.
-struct Prepared {
-  TriangleMesh mesh;
-  BoxTree tree;
-  std::vector<Eigen::Vector3d> points;
-};
-
+/// A part to be compared.
 struct Solid {
   int bone = 0;
-  std::shared_ptr<const Prepared> part;
+  std::shared_ptr<const ReadyParts::Ready> part;
   std::optional<BoxTree> fresh{};   ///< triangles that an earlier certificate does not know; empty: it knows all
 
   const BoxTree& tree() const { return part->tree; }
@@ -131,21 +138,22 @@ class Wanted {
   std::vector<std::pair<int, int>> pairs_;
 };
 
-/// @param before  of an earlier certificate
-std::vector<Solid> solids_of(const std::vector<Part>& parts, const Wanted& wanted, const std::vector<Solid>& before) {
+/// @param before   parts that are ready
+/// @param compare  whether triangles that are not among those are wanted
+std::vector<Solid> solids_of(const std::vector<Part>& parts, const Wanted& wanted, const ReadyParts& before, bool compare) {
   std::vector<const Part*> chosen;
   for (const Part& part : parts)
     if (wanted.part(part.bone)) chosen.push_back(&part);
   std::vector<Solid> solids(chosen.size());
   tbb::parallel_for(std::size_t(0), solids.size(), [&](std::size_t n) {
     const Part& part = *chosen[n];
-    const auto old = std::find_if(before.begin(), before.end(), [&](const Solid& s) { return s.bone == part.bone; });
-    if (old != before.end() && part.mesh.vertices == old->part->mesh.vertices && part.mesh.triangles == old->part->mesh.triangles) {
-      solids[n] = {part.bone, old->part};
+    const auto old = before.of.find(part.bone);
+    if (old != before.of.end() && part.mesh.vertices == old->second->mesh.vertices && part.mesh.triangles == old->second->mesh.triangles) {
+      solids[n] = {part.bone, old->second};
       return;
     }
-    solids[n] = {part.bone, std::make_shared<const Prepared>(part.mesh, box_tree(part.mesh), piece_points(part.mesh))};
-    if (old != before.end()) solids[n].fresh = fresh_of(part.mesh, old->part->mesh);
+    solids[n] = {part.bone, std::make_shared<const ReadyParts::Ready>(part.mesh, box_tree(part.mesh), piece_points(part.mesh))};
+    if (compare && old != before.of.end()) solids[n].fresh = fresh_of(part.mesh, old->second->mesh);
   });
   std::sort(solids.begin(), solids.end(), [](const Solid& a, const Solid& b) { return a.bone < b.bone; });
   return solids;
@@ -269,8 +277,10 @@ Certificate written(const Known& known, double enough) {
 /// What a prover knows, and of what.
 class Prover::Memory {
  public:
-  Memory(const Character& character, const Embedding& embedding, const FoldPath& path, const CertificateOptions& options)
-      : character_(character), embedding_(embedding), path_(path), options_(options), wanted_(options.pairs) {
+  Memory(const Character& character, const Embedding& embedding, const FoldPath& path, const CertificateOptions& options,
+         std::shared_ptr<const ReadyParts> ready)
+      : character_(character), embedding_(embedding), path_(path), options_(options), wanted_(options.pairs),
+        ready_(ready ? std::move(ready) : std::make_shared<const ReadyParts>()) {
     check_options(options);
     demand(embedding.pose.angles.size() == character.angle_count && embedding.pose.angles.allFinite() &&
                embedding.morphology.size() == Eigen::Index(character.bones.size()) && embedding.morphology.allFinite(),
@@ -281,32 +291,39 @@ class Prover::Memory {
   Certificate certify(const std::vector<Part>& parts, const Progress& progress) {
     check_parts(parts, character_);
     tbb::task_arena arena(options_.threads > 0 ? options_.threads : int(tbb::task_arena::automatic));
-    arena.execute([&] { find_out(parts, progress); });
+    bool finished = false;
+    arena.execute([&] { finished = find_out(parts, progress); });
     progress(1, "parts are proved");
-    return written(known_, options_.enough);
+    return finished ? written(known_, options_.enough) : Certificate{};
   }
+  const std::shared_ptr<const ReadyParts>& ready() const { return ready_; }
 
  private:
-  void find_out(const std::vector<Part>& parts, const Progress& progress) {
-    std::vector<Solid> solids = solids_of(parts, wanted_, solids_);
+  /// @return false when a proof failed, and not all are wanted
+  bool find_out(const std::vector<Part>& parts, const Progress& progress) {
+    const std::vector<Solid> solids = solids_of(parts, wanted_, *ready_, !known_.empty());
     std::vector<Task> tasks;
     for (std::size_t m = 0; m < std::max<std::size_t>(1, path_.moves.size()); ++m)
       add_tasks(tasks, solids, character_, embedding_, m < path_.moves.size() ? path_.moves[m] : Move{}, m, angles_[m], wanted_);
     std::vector<Outcome> outcomes(tasks.size());
-    for (std::size_t done = 0; done < tasks.size(); done += kTasksAtOnce) {
+    std::atomic<bool> given_up = false;
+    for (std::size_t done = 0; done < tasks.size() && !given_up; done += kTasksAtOnce) {
       progress(double(done) / double(tasks.size()), "proving that parts stay apart");
       const tbb::blocked_range<std::size_t> some(done, std::min(done + kTasksAtOnce, tasks.size()), 1);
       tbb::parallel_for(some, [&](const auto& range) {
-        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+        for (std::size_t n = range.begin(); n != range.end() && !given_up; ++n) {
           const auto known = known_.find(key_of(tasks[n]));
           outcomes[n] = prove(tasks[n], options_, known == known_.end() ? nullptr : &known->second);
+          if (!options_.to_the_end && !outcomes[n].open.empty()) given_up = true;
         }
       });
     }
-    Known known;
-    for (std::size_t n = 0; n < tasks.size(); ++n) known.emplace_hint(known.end(), key_of(tasks[n]), std::move(outcomes[n]));
-    known_ = std::move(known);
-    solids_ = std::move(solids);
+    known_.clear();
+    for (std::size_t n = 0; n < tasks.size() && !given_up; ++n) known_.emplace_hint(known_.end(), key_of(tasks[n]), std::move(outcomes[n]));
+    auto ready = std::make_shared<ReadyParts>();
+    for (const Solid& solid : solids) ready->of[solid.bone] = solid.part;
+    ready_ = std::move(ready);
+    return !given_up;
   }
   static Known::key_type key_of(const Task& task) { return {task.move, task.a->bone, task.b->bone}; }
 
@@ -316,16 +333,19 @@ class Prover::Memory {
   const CertificateOptions options_;
   const Wanted wanted_;
   std::vector<Eigen::VectorXd> angles_;
-  std::vector<Solid> solids_;   // of the last certificate
-  Known known_;                 // the same
+  std::shared_ptr<const ReadyParts> ready_;   // those of the last certificate
+  Known known_;                               // the same
 };
 
-Prover::Prover(const Character& character, const Embedding& embedding, const FoldPath& path, const CertificateOptions& options)
-    : memory_(std::make_unique<Memory>(character, embedding, path, options)) {}
+Prover::Prover(const Character& character, const Embedding& embedding, const FoldPath& path, const CertificateOptions& options,
+               std::shared_ptr<const ReadyParts> ready)
+    : memory_(std::make_unique<Memory>(character, embedding, path, options, std::move(ready))) {}
 
 Prover::~Prover() = default;
 
 Certificate Prover::certify(const std::vector<Part>& parts, const Progress& progress) { return memory_->certify(parts, progress); }
+
+std::shared_ptr<const ReadyParts> Prover::ready() const { return memory_->ready(); }
 
 Certificate certify(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
                     const CertificateOptions& options, const Progress& progress) {

@@ -295,6 +295,7 @@ Parts Finisher::result(double before, double target_volume) && {
   for (const Part& part : parts_) parts.filled_volume_pct += 100 * part.volume / target_volume;
   parts.parts = std::move(parts_);
   parts.certificate = std::move(certificate_);
+  if (prover_) parts.ready = prover_->ready();
   parts.warnings = std::move(warnings_);
   if (hinges_) parts.pinned = hinges_->pinned();
   for (const auto& more : {mesher_.warnings(), losses(share), hinges_ ? hinges_->warnings() : std::vector<std::string>{}}) parts.warnings.insert(parts.warnings.end(), more.begin(), more.end());

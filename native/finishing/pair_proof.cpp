@@ -214,7 +214,7 @@ bool PairProof::triangles(const Triangle& moved, const Triangle& a, const Triang
   }
   if (found.distance < options_.least) {
     add_touch(span, found.distance, found.on_a, found.on_b);
-    return touches_.size() < kMostTouches;  // what is beyond it may still be proved, or touch, too
+    return options_.to_the_end && touches_.size() < kMostTouches;  // what is beyond it may still be proved, or touch, too
   }
   if (settle(triangle_gap((found.on_a - found.on_b) / found.distance, moved, b, of_a, of_b, h))) return true;
   if (!motion_.moves() || h < kShortest) {

@@ -144,6 +144,29 @@ TEST(Certificate, OfAPartThatWasGoneForAWhileIsMadeAnew) {
   EXPECT_FALSE(seen.then(c).holds);
 }
 
+TEST(Certificate, OfPartsThatAreReadyForAnotherPathIsThatOfPartsThatAreNot) {
+  const Case c = fin_and_wall(0.2, 0.2 + 2 * kVoxel);
+  Case other = c;
+  other.path.moves = {{{{0, -1.0, 0.5}}}};
+  Prover first(c.character, c.embedding, c.path, c.options);
+  first.certify(c.parts, {});
+  const Certificate anew = other.certified(), ready = Prover(other.character, other.embedding, other.path, other.options, first.ready()).certify(other.parts, {});
+  EXPECT_EQ(ready.gap, anew.gap);
+  EXPECT_EQ(ready.steps, anew.steps) << "what was proved for one path says nothing of another";
+  const Case touching = fin_and_wall(0.22, 0.2);
+  EXPECT_FALSE(Prover(c.character, c.embedding, c.path, c.options, first.ready()).certify(touching.parts, {}).holds) << "parts that are others are made ready anew";
+}
+
+TEST(Certificate, ThatIsNotWantedToTheEndSaysOnlyWhetherItHolds) {
+  Case good = fin_and_wall(0.2, 0.2 + 2 * kVoxel), bad = fin_and_wall(0.22, 0.2);
+  good.options.to_the_end = bad.options.to_the_end = false;
+  EXPECT_TRUE(good.certified().holds);
+  const Certificate refused = bad.certified();
+  EXPECT_FALSE(refused.holds);
+  EXPECT_TRUE(refused.open.empty() && refused.intervals.empty());
+  EXPECT_EQ(refused.steps, 0);
+}
+
 TEST(Certificate, ProvesATrueGapOfTwoVoxelsAsAlmostTwoVoxels) {
   const double corner = std::hypot(0.2, 0.0005);
   const Case c = fin_and_wall(std::sqrt(corner * corner - 0.0005 * 0.0005), 0.2 + 2 * kVoxel);
