@@ -9,30 +9,16 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <numbers>
-#include <numeric>
-#include <optional>
 #include <string>
 #include <tuple>
 
-#include "finishing/box_tree.h"
-#include "finishing/fresh.h"
 #include "finishing/pair_proof.h"
 #include "finishing/relative_motion.h"
+#include "finishing/solids.h"
 
 namespace transformables {
 
 using namespace finishing;
-
-class ReadyParts {
- public:
-  struct Ready {
-    TriangleMesh mesh;
-    BoxTree tree;
-    std::vector<Eigen::Vector3d> points;   ///< one of each connected piece
-  };
-  std::map<int, std::shared_ptr<const Ready>> of;   ///< by bone
-};
 
 namespace {
 
@@ -85,46 +71,6 @@ std::vector<Eigen::VectorXd> angles_along(const FoldPath& path, const Embedding&
   return all;
 }
 
-/// How often a closed mesh winds around a point that is not on it (van Oosterom and Strackee 1983).
-double winding(const BoxTree& tree, const Eigen::Vector3d& p) {
-  double sum = 0;
-  for (const Triangle& t : tree.triangles) {
-    const Eigen::Vector3d a = t[0] - p, b = t[1] - p, c = t[2] - p;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return sum / (2 * std::numbers::pi);
-}
-
-/// A point of each connected piece of a mesh.
-std::vector<Eigen::Vector3d> piece_points(const TriangleMesh& mesh) {
-  std::vector<int> root(mesh.vertices.size());
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
-  for (const auto& t : mesh.triangles)
-    for (int k = 1; k < 3; ++k) root[find(t[k])] = find(t[0]);
-  std::vector<Eigen::Vector3d> points;
-  std::vector<char> seen(root.size(), 0);
-  for (const auto& t : mesh.triangles) {
-    char& flag = seen[find(t[0])];
-    if (!flag) points.push_back(mesh.vertices[t[0]]);
-    flag = 1;
-  }
-  return points;
-}
-
-/// A part to be compared.
-struct Solid {
-  int bone = 0;
-  std::shared_ptr<const ReadyParts::Ready> part;
-  std::optional<BoxTree> fresh{};   ///< triangles that an earlier certificate does not know; empty: it knows all
-
-  const BoxTree& tree() const { return part->tree; }
-};
-
 /// Which pairs are wanted.
 class Wanted {
  public:
@@ -137,36 +83,6 @@ class Wanted {
  private:
   std::vector<std::pair<int, int>> pairs_;
 };
-
-/// @param before   parts that are ready
-/// @param compare  whether triangles that are not among those are wanted
-std::vector<Solid> solids_of(const std::vector<Part>& parts, const Wanted& wanted, const ReadyParts& before, bool compare) {
-  std::vector<const Part*> chosen;
-  for (const Part& part : parts)
-    if (wanted.part(part.bone)) chosen.push_back(&part);
-  std::vector<Solid> solids(chosen.size());
-  tbb::parallel_for(std::size_t(0), solids.size(), [&](std::size_t n) {
-    const Part& part = *chosen[n];
-    const auto old = before.of.find(part.bone);
-    if (old != before.of.end() && part.mesh.vertices == old->second->mesh.vertices && part.mesh.triangles == old->second->mesh.triangles) {
-      solids[n] = {part.bone, old->second};
-      return;
-    }
-    solids[n] = {part.bone, std::make_shared<const ReadyParts::Ready>(part.mesh, box_tree(part.mesh), piece_points(part.mesh))};
-    if (compare && old != before.of.end()) solids[n].fresh = fresh_of(part.mesh, old->second->mesh);
-  });
-  std::sort(solids.begin(), solids.end(), [](const Solid& a, const Solid& b) { return a.bone < b.bone; });
-  return solids;
-}
-
-/// Whether a piece of one lies within the other; `into_b` takes A's frame to B's.
-bool holds_a_piece(const Solid& b, const Solid& a, const Eigen::Isometry3d& into_b) {
-  const BoxNode& box = b.tree().nodes[0];
-  return std::any_of(a.part->points.begin(), a.part->points.end(), [&](const Eigen::Vector3d& point) {
-    const Eigen::Vector3d p = into_b * point;
-    return (p - box.centre).norm() <= box.radius && std::abs(winding(b.tree(), p)) > 0.5;
-  });
-}
 
 /// What is to be proved: a pair in a move.
 struct Task {
@@ -301,7 +217,10 @@ class Prover::Memory {
  private:
   /// @return false when a proof failed, and not all are wanted
   bool find_out(const std::vector<Part>& parts, const Progress& progress) {
-    const std::vector<Solid> solids = solids_of(parts, wanted_, *ready_, !known_.empty());
+    std::vector<const Part*> chosen;
+    for (const Part& part : parts)
+      if (wanted_.part(part.bone)) chosen.push_back(&part);
+    const std::vector<Solid> solids = solids_of(chosen, *ready_, !known_.empty());
     std::vector<Task> tasks;
     for (std::size_t m = 0; m < std::max<std::size_t>(1, path_.moves.size()); ++m)
       add_tasks(tasks, solids, character_, embedding_, m < path_.moves.size() ? path_.moves[m] : Move{}, m, angles_[m], wanted_);
