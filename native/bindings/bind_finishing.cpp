@@ -63,23 +63,24 @@ void bind_finishing(py::module_& m) {
   m.def(
       "certify",
       [](const Parts& parts, const Character& character, const Embedding& embedding, const FoldPath& path, double enough, double least,
-         double tolerance, long steps, std::vector<std::pair<int, int>> pairs, int threads, const py::object& progress) {
+         double tolerance, long steps, std::vector<std::pair<int, int>> pairs, bool to_the_end, int threads, const py::object& progress) {
         CertificateOptions options;
         options.pairs = std::move(pairs);
         options.enough = enough;
         options.least = least;
         options.tolerance = tolerance;
         options.steps = steps;
+        options.to_the_end = to_the_end;
         options.threads = threads;
         const Progress tell = progress_from(progress);
         py::gil_scoped_release release;
-        return certify(parts.parts, character, embedding, path, options, tell);
+        return Prover(character, embedding, path, options, parts.ready).certify(parts.parts, tell);
       },
       py::arg("parts"), py::arg("character"), py::arg("embedding"), py::arg("path"), py::kw_only(), py::arg("enough"), py::arg("least"),
       py::arg("tolerance") = CertificateOptions{}.tolerance, py::arg("steps") = CertificateOptions{}.steps,
-      py::arg("pairs") = std::vector<std::pair<int, int>>{}, py::arg("threads") = 0, py::arg("progress") = py::none(),
+      py::arg("pairs") = std::vector<std::pair<int, int>>{}, py::arg("to_the_end") = true, py::arg("threads") = 0, py::arg("progress") = py::none(),
       "The proof that finished parts, or only some pairs of bones (lesser first), stay apart, for another path from the embedding's pose. enough: target units, beyond which nobody looks closer; "
-      "least: nearer ones touch; tolerance: share by which what is proved may fall short; steps: comparisons for one pair in one move, at most. Raises InvalidInput, Cancelled.");
+      "least: nearer ones touch; tolerance: share by which what is proved may fall short; steps: comparisons for one pair in one move, at most; to_the_end: false gives up where the first proof fails, and tells no place. Raises InvalidInput, Cancelled.");
 }
 
 }  // namespace transformables::bindings

@@ -139,7 +139,7 @@ class PairCarver {
     Swept into_a, into_b;
     Trial trial_a, trial_b;
     const auto go = [&](const Side& side, const Side& other, Swept& into, Trial& trial) {
-      into = swept(side, other, reach_of(lattice_, manner_.gap));
+      into = swept(side, other);
       trial = try_carving(*side.part, *side.bricks, into, manner_, true);
     };
     tbb::parallel_invoke([&] { go(a_, b_, into_a, trial_a); }, [&] { go(b_, a_, into_b, trial_b); });
@@ -152,13 +152,23 @@ class PairCarver {
   }
 
  private:
-  Swept swept(const Side& a, const Side& b, double reach) const {
-    return sweep(*a.part, *a.bricks, *b.part, PairConfigurations(motion_, *a.part, *b.part), lattice_.cover, reach);
+  Swept swept(const Side& a, const Side& b) const {
+    std::vector<Matter> matters;
+    if (!manner_.exact)  // else samples change beside what goes, too
+      for (const std::uint32_t at : a.bricks->samples)
+        matters.push_back({float(manner_.gap) - std::min(a.part->inner[at], a.part->away[at].inner), std::numeric_limits<float>::lowest()});
+    const double reach = reach_of(lattice_, manner_.gap);
+    return sweep(*a.part, *a.bricks, *b.part, PairConfigurations(motion_, *a.part, *b.part), lattice_.cover, reach, 0, matters);
   }
   /// Looks only at places between the two.
   bool collide(const Side& side, const Side& other) const {
-    const double window = window_of(lattice_, manner_.gap);
-    return nearest(*side.part, *side.bricks, swept(side, other, window), window).gap < manner_.gap - kNoise * lattice_.step();
+    const float window = float(window_of(lattice_, manner_.gap)), least = float(manner_.gap - kNoise * lattice_.step());
+    std::vector<float> below;
+    for (const std::uint32_t at : side.bricks->samples) {
+      const float own = side.part->bound(at);
+      below.push_back(own < window ? std::min(window, least - own) : std::numeric_limits<float>::lowest());
+    }
+    return any_nearer(*side.part, *side.bricks, *other.part, PairConfigurations(motion_, *side.part, *other.part), lattice_.cover, below);
   }
   void take(const Side& side, Trial&& done, const Swept& s, bool shielded, Losses& losses) const {
     losses.dropped[std::size_t(side.part->bone)] += done.dropped;
@@ -167,7 +177,7 @@ class PairCarver {
   }
   void yield(const Side& side, const Side& other, bool shielded, Losses& losses) const {
     if (!collide(side, other)) return;
-    const Swept s = swept(side, other, reach_of(lattice_, manner_.gap));
+    const Swept s = swept(side, other);
     take(side, try_carving(*side.part, *side.bricks, s, manner_, shielded), s, shielded, losses);
   }
 

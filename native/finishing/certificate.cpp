@@ -5,23 +5,22 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
-#include <numbers>
-#include <numeric>
-#include <optional>
+#include <memory>
 #include <string>
 #include <tuple>
 
-#include "finishing/box_tree.h"
-#include "finishing/fresh.h"
 #include "finishing/pair_proof.h"
 #include "finishing/relative_motion.h"
+#include "finishing/solids.h"
 
 namespace transformables {
-namespace {
 
 using namespace finishing;
+
+namespace {
 
 constexpr double kRelativeRounding = 1e-6;
 constexpr std::size_t kTasksAtOnce = 400;   ///< between two looks at whether to go on: a second or two
@@ -72,45 +71,6 @@ std::vector<Eigen::VectorXd> angles_along(const FoldPath& path, const Embedding&
   return all;
 }
 
-/// How often a closed mesh winds around a point that is not on it (van Oosterom and Strackee 1983).
-double winding(const BoxTree& tree, const Eigen::Vector3d& p) {
-  double sum = 0;
-  for (const Triangle& t : tree.triangles) {
-    const Eigen::Vector3d a = t[0] - p, b = t[1] - p, c = t[2] - p;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return sum / (2 * std::numbers::pi);
-}
-
-/// A point of each connected piece of a mesh.
-std::vector<Eigen::Vector3d> piece_points(const TriangleMesh& mesh) {
-  std::vector<int> root(mesh.vertices.size());
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
-  for (const auto& t : mesh.triangles)
-    for (int k = 1; k < 3; ++k) root[find(t[k])] = find(t[0]);
-  std::vector<Eigen::Vector3d> points;
-  std::vector<char> seen(root.size(), 0);
-  for (const auto& t : mesh.triangles) {
-    char& flag = seen[find(t[0])];
-    if (!flag) points.push_back(mesh.vertices[t[0]]);
-    flag = 1;
-  }
-  return points;
-}
-
-/// A part ready to be compared.
-struct Solid {
-  int bone = 0;
-  BoxTree tree;
-  std::vector<Eigen::Vector3d> points;
-  std::optional<BoxTree> fresh{};   ///< triangles that an earlier certificate does not know; empty: it knows all
-};
-
 /// Which pairs are wanted.
 class Wanted {
  public:
@@ -123,32 +83,6 @@ class Wanted {
  private:
   std::vector<std::pair<int, int>> pairs_;
 };
-
-/// @param before  parts that an earlier certificate was made for; null: there is none
-std::vector<Solid> solids_of(const std::vector<Part>& parts, const Wanted& wanted, const std::vector<Part>* before) {
-  std::vector<const Part*> chosen;
-  for (const Part& part : parts)
-    if (wanted.part(part.bone)) chosen.push_back(&part);
-  std::vector<Solid> solids(chosen.size());
-  tbb::parallel_for(std::size_t(0), solids.size(), [&](std::size_t n) {
-    const Part& part = *chosen[n];
-    solids[n] = {part.bone, box_tree(part.mesh), piece_points(part.mesh)};
-    if (!before) return;
-    const auto old = std::find_if(before->begin(), before->end(), [&](const Part& p) { return p.bone == part.bone; });
-    if (old != before->end()) solids[n].fresh = fresh_of(part.mesh, old->mesh);
-  });
-  std::sort(solids.begin(), solids.end(), [](const Solid& a, const Solid& b) { return a.bone < b.bone; });
-  return solids;
-}
-
-/// Whether a piece of one lies within the other; `into_b` takes A's frame to B's.
-bool holds_a_piece(const Solid& b, const Solid& a, const Eigen::Isometry3d& into_b) {
-  const BoxNode& box = b.tree.nodes[0];
-  return std::any_of(a.points.begin(), a.points.end(), [&](const Eigen::Vector3d& point) {
-    const Eigen::Vector3d p = into_b * point;
-    return (p - box.centre).norm() <= box.radius && std::abs(winding(b.tree, p)) > 0.5;
-  });
-}
 
 /// What is to be proved: a pair in a move.
 struct Task {
@@ -197,7 +131,7 @@ void prove_between(const BoxTree& a, const BoxTree& b, const Task& task, const C
 Outcome prove(const Task& task, const CertificateOptions& options, const Outcome* known) {
   const bool all = !known || !known->open.empty();
   const Solid &a = *task.a, &b = *task.b;
-  if (!all && !a.fresh && !b.fresh) return *known;
+  if (!all && !a.fresh && !b.fresh) return {known->rows, {}, 0};
   Outcome outcome;
   if (task.move == 0) {
     const Instant start = task.motion.at(0);
@@ -209,7 +143,7 @@ Outcome prove(const Task& task, const CertificateOptions& options, const Outcome
     }
   }
   if (all) {
-    prove_between(a.tree, b.tree, task, options, outcome);
+    prove_between(a.tree(), b.tree(), task, options, outcome);
     return outcome;
   }
   outcome.rows = known->rows;
@@ -218,31 +152,13 @@ Outcome prove(const Task& task, const CertificateOptions& options, const Outcome
   double lowest = options.enough;
   for (const auto& row : known->rows) lowest = std::min(lowest, row.bound);
   as_much.enough = std::max(lowest, options.least * (1 + kRelativeRounding));
-  if (a.fresh) prove_between(*a.fresh, b.tree, task, as_much, outcome);
-  if (b.fresh) prove_between(a.tree, *b.fresh, task, as_much, outcome);
+  if (a.fresh) prove_between(*a.fresh, b.tree(), task, as_much, outcome);
+  if (b.fresh) prove_between(a.tree(), *b.fresh, task, as_much, outcome);
   return outcome;
 }
 
-/// What is known of pairs already, in the order of a certificate's lists.
-class Known {
- public:
-  Known() = default;
-  Known(const Certificate& before, const std::vector<Part>& parts) : parts_(&parts) {
-    for (const auto& row : before.intervals) outcomes_[{row.move, row.bone_a, row.bone_b}].rows.push_back(row);
-    for (const auto& place : before.open) outcomes_[{place.move, place.bone_a, place.bone_b}].open.push_back(place);
-  }
-  /// What it was made for; null: nothing is known.
-  const std::vector<Part>* parts() const { return parts_; }
-  /// Null when nothing is known of the pair.
-  const Outcome* of(std::size_t move, int a, int b) const {
-    const auto found = outcomes_.find({move, a, b});
-    return found == outcomes_.end() ? nullptr : &found->second;
-  }
-
- private:
-  const std::vector<Part>* parts_ = nullptr;
-  std::map<std::tuple<std::size_t, int, int>, Outcome> outcomes_;
-};
+/// What is known of pairs already, by move and bones.
+using Known = std::map<std::tuple<std::size_t, int, int>, Outcome>;
 
 /// Adds the pairs to look at in a move, of those that are wanted: all in the first, those that move against each other in later ones.
 void add_tasks(std::vector<Task>& tasks, const std::vector<Solid>& solids, const Character& character, const Embedding& embedding, const Move& move,
@@ -255,25 +171,10 @@ void add_tasks(std::vector<Task>& tasks, const std::vector<Solid>& solids, const
     }
 }
 
-Certificate certify_here(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
-                         const std::vector<Eigen::VectorXd>& angles, const CertificateOptions& options, const Known& known, const Progress& progress) {
-  const Wanted wanted(options.pairs);
-  const std::vector<Solid> solids = solids_of(parts, wanted, known.parts());
+/// A certificate of what was found out, in order.
+Certificate written(const Known& known, double enough) {
   Certificate certificate;
-  std::vector<Task> tasks;
-  for (std::size_t m = 0; m < std::max<std::size_t>(1, path.moves.size()); ++m)
-    add_tasks(tasks, solids, character, embedding, m < path.moves.size() ? path.moves[m] : Move{}, m, angles[m], wanted);
-  std::vector<Outcome> outcomes(tasks.size());
-  for (std::size_t done = 0; done < tasks.size(); done += kTasksAtOnce) {
-    progress(double(done) / double(tasks.size()), "proving that parts stay apart");
-    const tbb::blocked_range<std::size_t> some(done, std::min(done + kTasksAtOnce, tasks.size()), 1);
-    tbb::parallel_for(some, [&](const auto& range) {
-      for (std::size_t n = range.begin(); n != range.end(); ++n) {
-        outcomes[n] = prove(tasks[n], options, known.of(tasks[n].move, tasks[n].a->bone, tasks[n].b->bone));
-      }
-    });
-  }
-  for (const Outcome& outcome : outcomes) {
+  for (const auto& [pair, outcome] : known) {
     certificate.intervals.insert(certificate.intervals.end(), outcome.rows.begin(), outcome.rows.end());
     certificate.open.insert(certificate.open.end(), outcome.open.begin(), outcome.open.end());
     certificate.steps += outcome.steps;
@@ -282,37 +183,92 @@ Certificate certify_here(const std::vector<Part>& parts, const Character& charac
   if (certificate.holds) {
     certificate.gap = 1e300;
     for (const auto& row : certificate.intervals) certificate.gap = std::min(certificate.gap, row.bound);
-    if (certificate.intervals.empty()) certificate.gap = options.enough;
+    if (certificate.intervals.empty()) certificate.gap = enough;
   }
-  progress(1, "parts are proved");
-  return certificate;
-}
-
-Certificate certify_checked(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
-                            const CertificateOptions& options, const Known& known, const Progress& progress) {
-  check_options(options);
-  demand(embedding.pose.angles.size() == character.angle_count && embedding.pose.angles.allFinite() &&
-             embedding.morphology.size() == Eigen::Index(character.bones.size()) && embedding.morphology.allFinite(),
-         "the embedding was not made for this character; embed again");
-  check_parts(parts, character);
-  const std::vector<Eigen::VectorXd> angles = angles_along(path, embedding);
-  tbb::task_arena arena(options.threads > 0 ? options.threads : int(tbb::task_arena::automatic));
-  Certificate certificate;
-  arena.execute([&] { certificate = certify_here(parts, character, embedding, path, angles, options, known, progress); });
   return certificate;
 }
 
 }  // namespace
 
+/// What a prover knows, and of what.
+class Prover::Memory {
+ public:
+  Memory(const Character& character, const Embedding& embedding, const FoldPath& path, const CertificateOptions& options,
+         std::shared_ptr<const ReadyParts> ready)
+      : character_(character), embedding_(embedding), path_(path), options_(options), wanted_(options.pairs),
+        ready_(ready ? std::move(ready) : std::make_shared<const ReadyParts>()) {
+    check_options(options);
+    demand(embedding.pose.angles.size() == character.angle_count && embedding.pose.angles.allFinite() &&
+               embedding.morphology.size() == Eigen::Index(character.bones.size()) && embedding.morphology.allFinite(),
+           "the embedding was not made for this character; embed again");
+    angles_ = angles_along(path, embedding);
+  }
+
+  Certificate certify(const std::vector<Part>& parts, const Progress& progress) {
+    check_parts(parts, character_);
+    tbb::task_arena arena(options_.threads > 0 ? options_.threads : int(tbb::task_arena::automatic));
+    bool finished = false;
+    arena.execute([&] { finished = find_out(parts, progress); });
+    progress(1, "parts are proved");
+    return finished ? written(known_, options_.enough) : Certificate{};
+  }
+  const std::shared_ptr<const ReadyParts>& ready() const { return ready_; }
+
+ private:
+  /// @return false when a proof failed, and not all are wanted
+  bool find_out(const std::vector<Part>& parts, const Progress& progress) {
+    std::vector<const Part*> chosen;
+    for (const Part& part : parts)
+      if (wanted_.part(part.bone)) chosen.push_back(&part);
+    const std::vector<Solid> solids = solids_of(chosen, *ready_, !known_.empty());
+    std::vector<Task> tasks;
+    for (std::size_t m = 0; m < std::max<std::size_t>(1, path_.moves.size()); ++m)
+      add_tasks(tasks, solids, character_, embedding_, m < path_.moves.size() ? path_.moves[m] : Move{}, m, angles_[m], wanted_);
+    std::vector<Outcome> outcomes(tasks.size());
+    std::atomic<bool> given_up = false;
+    for (std::size_t done = 0; done < tasks.size() && !given_up; done += kTasksAtOnce) {
+      progress(double(done) / double(tasks.size()), "proving that parts stay apart");
+      const tbb::blocked_range<std::size_t> some(done, std::min(done + kTasksAtOnce, tasks.size()), 1);
+      tbb::parallel_for(some, [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end() && !given_up; ++n) {
+          const auto known = known_.find(key_of(tasks[n]));
+          outcomes[n] = prove(tasks[n], options_, known == known_.end() ? nullptr : &known->second);
+          if (!options_.to_the_end && !outcomes[n].open.empty()) given_up = true;
+        }
+      });
+    }
+    known_.clear();
+    for (std::size_t n = 0; n < tasks.size() && !given_up; ++n) known_.emplace_hint(known_.end(), key_of(tasks[n]), std::move(outcomes[n]));
+    auto ready = std::make_shared<ReadyParts>();
+    for (const Solid& solid : solids) ready->of[solid.bone] = solid.part;
+    ready_ = std::move(ready);
+    return !given_up;
+  }
+  static Known::key_type key_of(const Task& task) { return {task.move, task.a->bone, task.b->bone}; }
+
+  const Character& character_;
+  const Embedding& embedding_;
+  const FoldPath& path_;
+  const CertificateOptions options_;
+  const Wanted wanted_;
+  std::vector<Eigen::VectorXd> angles_;
+  std::shared_ptr<const ReadyParts> ready_;   // those of the last certificate
+  Known known_;                               // the same
+};
+
+Prover::Prover(const Character& character, const Embedding& embedding, const FoldPath& path, const CertificateOptions& options,
+               std::shared_ptr<const ReadyParts> ready)
+    : memory_(std::make_unique<Memory>(character, embedding, path, options, std::move(ready))) {}
+
+Prover::~Prover() = default;
+
+Certificate Prover::certify(const std::vector<Part>& parts, const Progress& progress) { return memory_->certify(parts, progress); }
+
+std::shared_ptr<const ReadyParts> Prover::ready() const { return memory_->ready(); }
+
 Certificate certify(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
                     const CertificateOptions& options, const Progress& progress) {
-  return certify_checked(parts, character, embedding, path, options, {}, progress);
-}
-
-Certificate certify_again(const Certificate& before, const std::vector<Part>& parts_before, const std::vector<Part>& parts, const Character& character,
-                          const Embedding& embedding, const FoldPath& path, const CertificateOptions& options, const Progress& progress) {
-  check_parts(parts_before, character);
-  return certify_checked(parts, character, embedding, path, options, Known(before, parts_before), progress);
+  return Prover(character, embedding, path, options).certify(parts, progress);
 }
 
 }  // namespace transformables

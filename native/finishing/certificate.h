@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +24,7 @@ struct CertificateOptions {
   double least = 1e-5;         ///< parts that come nearer than this count as touching, target units
   double tolerance = 0.25;     ///< a pair's proven gap is at most this share under its true one, where that is under `enough`
   long steps = 6'000'000;     ///< boxes and triangles compared for one pair in one move, at most: bounds the time without a clock
+  bool to_the_end = true;      ///< false: a proof that fails anywhere is given up there; its certificate does not hold, and says nothing else
   int threads = 0;             ///< 0: all cores. The result does not depend on it.
   std::vector<std::pair<int, int>> pairs{};  ///< bones of the pairs that are looked at, the lesser first; empty: all
 };
@@ -62,11 +64,27 @@ struct Certificate {
 Certificate certify(const std::vector<Part>& parts, const Character& character, const Embedding& embedding, const FoldPath& path,
                     const CertificateOptions& options, const Progress& progress);
 
-/// The same again after some parts were changed: what was found out about triangles that are still there, to the last bit, is taken over, and
-/// only new ones are compared. Cutting leaves most triangles of a part as they were.
-/// @param before        made for the same character, embedding, path and options
-/// @param parts_before  the parts that it was made for
-Certificate certify_again(const Certificate& before, const std::vector<Part>& parts_before, const std::vector<Part>& parts, const Character& character,
-                          const Embedding& embedding, const FoldPath& path, const CertificateOptions& options, const Progress& progress);
+/// Parts made ready to be compared (box trees), for proofs to come.
+class ReadyParts;
+
+/// Proves the same design again and again while some of its parts change: what was found out about triangles that are still there, to the last
+/// bit, is taken over, and only new ones are compared. Cutting leaves most triangles of a part as they were.
+class Prover {
+ public:
+  /// Refers to the character, the embedding and the path while it lives. @throws InvalidInput as certify() does
+  /// @param ready  another prover's, which saves time where parts are the same; may be null
+  Prover(const Character& character, const Embedding& embedding, const FoldPath& path, const CertificateOptions& options,
+         std::shared_ptr<const ReadyParts> ready = nullptr);
+  ~Prover();
+
+  /// @throws as the function of the same name
+  Certificate certify(const std::vector<Part>& parts, const Progress& progress);
+  /// Of the parts that were looked at last.
+  std::shared_ptr<const ReadyParts> ready() const;
+
+ private:
+  class Memory;
+  std::unique_ptr<Memory> memory_;
+};
 
 }  // namespace transformables

@@ -44,7 +44,7 @@ enum class Combination { kUnion, kDifference };
 std::optional<SourcedMesh> combined(const SourcedMesh& first, const TriangleMesh& second, Combination how, double most_dropped);
 
 /// Rounds a simple closed mesh, moved by `into`, to single precision as it will be in Blender, and mends what rounding broke: edges that became too short
-/// are collapsed, flat caps flipped. False when the result still meets itself.
+/// are collapsed, flat caps flipped. False when the result still meets itself; when true, it was looked at all over and does not.
 /// @param scale  target units for one Blender unit
 bool round_and_tidy(SourcedMesh& part, const Eigen::Isometry3d& into, double scale);
 

@@ -136,6 +136,17 @@ Progress stage(const Progress& progress, double from, double to) {
   }};
 }
 
+CertificateOptions proof_options(const FinishingOptions& finishing) {
+  const double clearance = std::max(finishing.clearance, kProvable);
+  CertificateOptions options;
+  // What is proved falls short of the true gap by the proof's tolerance.
+  options.least = std::max(kTouching, finishing.least_share / (1 - options.tolerance)) * clearance * 0.999;
+  options.enough = std::max(kAmple * clearance, 1.01 * options.least);
+  options.steps = kSteps;
+  options.threads = finishing.threads;
+  return options;
+}
+
 /// A design being finished: fields that are carved, and meshes that are proved.
 class Finisher {
  public:
@@ -159,7 +170,7 @@ class Finisher {
   Mesher mesher_;
   std::vector<Part> parts_;
   std::optional<Hinges> hinges_;
-  std::vector<Part> proved_;    // the parts of the last proof
+  std::optional<Prover> prover_;
   Certificate certificate_;
   std::vector<std::string> warnings_;
   const Progress& progress_;
@@ -186,17 +197,8 @@ void Finisher::carve_all() {
 }
 
 void Finisher::prove(double from, double to) {
-  const double clearance = std::max(scene_.options.clearance, kProvable);
-  CertificateOptions options;
-  // What is proved falls short of the true gap by the proof's tolerance.
-  options.least = std::max(kTouching, scene_.options.least_share / (1 - options.tolerance)) * clearance * 0.999;
-  options.enough = std::max(kAmple * clearance, 1.01 * options.least);
-  options.steps = kSteps;
-  options.threads = scene_.options.threads;
-  const Progress part = stage(progress_, from, to);
-  certificate_ = proved_.empty() ? certify(parts_, scene_.character, scene_.embedding, scene_.path, options, part)
-                                 : certify_again(certificate_, proved_, parts_, scene_.character, scene_.embedding, scene_.path, options, part);
-  proved_ = parts_;
+  if (!prover_) prover_.emplace(scene_.character, scene_.embedding, scene_.path, proof_options(scene_.options));
+  certificate_ = prover_->certify(parts_, stage(progress_, from, to));
 }
 
 /// Sets the pairs that are not proved further apart; false when there is nothing left to try.
@@ -293,6 +295,7 @@ Parts Finisher::result(double before, double target_volume) && {
   for (const Part& part : parts_) parts.filled_volume_pct += 100 * part.volume / target_volume;
   parts.parts = std::move(parts_);
   parts.certificate = std::move(certificate_);
+  if (prover_) parts.ready = prover_->ready();
   parts.warnings = std::move(warnings_);
   if (hinges_) parts.pinned = hinges_->pinned();
   for (const auto& more : {mesher_.warnings(), losses(share), hinges_ ? hinges_->warnings() : std::vector<std::string>{}}) parts.warnings.insert(parts.warnings.end(), more.begin(), more.end());

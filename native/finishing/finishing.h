@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct FinishingOptions {
 struct Parts {
   std::vector<Part> parts;                 ///< only bones that have one, by bone
   Certificate certificate;                 ///< of the path, on the parts' own triangles; empty for a path without moves
+  std::shared_ptr<const ReadyParts> ready; ///< parts as the proof left them, for another; null: there was none
   std::vector<Collision> collisions;       ///< what is left where there is no proof, measured on samples; empty when it holds
   double minimum_clearance = 0;            ///< over the motion, target units: what is proved, or where there is no proof, what samples show
   double carved_volume_pct = 0;            ///< of the target's volume
@@ -55,7 +57,8 @@ struct MeshCheck {
   int extra_pieces = 0;
   bool good() const { return !open && !non_manifold && !self_intersecting && !inside_out && extra_pieces == 0; }
 };
-MeshCheck check(const TriangleMesh& mesh);
+/// @param simple  the mesh is known not to meet itself: that, which takes longest, is not looked at again
+MeshCheck check(const TriangleMesh& mesh, bool simple = false);
 
 /// The surface where a sampled field is 0, as a closed manifold mesh without self-intersections (marching tetrahedra: each
 /// piece stays in its tetrahedron); negative is inside; the field must be positive all around the border.

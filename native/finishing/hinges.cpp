@@ -73,12 +73,14 @@ Hinges::Hinges(const Scene& scene, std::vector<Part> plain, const std::vector<Pa
 }
 
 void Hinges::plan(const std::vector<PartField>& fields, const Ranges& ranges) {
-  for (int child = 0; child < int(state_.size()); ++child) {
-    if (scene_.character.bones[std::size_t(child)].parent < 0) continue;
-    std::optional<HingeSolids> solids;
-    State& state = state_[std::size_t(child)];
-    state = plan_joint(child, fields, ranges[std::size_t(child)], solids);
-    if (state == State::kPinned) solids_[std::size_t(child)] = std::move(solids);
+  std::vector<std::optional<HingeSolids>> solids(state_.size());
+  tbb::parallel_for(std::size_t(0), state_.size(), [&](std::size_t child) {
+    if (scene_.character.bones[child].parent >= 0) state_[child] = plan_joint(int(child), fields, ranges[child], solids[child]);
+  });
+  for (std::size_t child = 0; child < state_.size(); ++child) {
+    if (state_[child] != State::kPinned) continue;
+    if (crowded(int(child), *solids[child])) state_[child] = State::kNoRoom;
+    else solids_[child] = std::move(solids[child]);
   }
 }
 
@@ -97,7 +99,7 @@ Hinges::State Hinges::plan_joint(int child, const std::vector<PartField>& fields
   for (int further = 0; further <= kFurther && !solids; ++further) {
     solids = plan_hinge(lattice, own, parent, frame, size, range, further * kFurtherStep * lattice.step());
   }
-  return solids && !crowded(child, *solids) ? State::kPinned : State::kNoRoom;
+  return solids ? State::kPinned : State::kNoRoom;
 }
 
 /// Whether another hinge of one of the two bones is too near.
@@ -132,7 +134,7 @@ std::optional<Part> Hinges::fitted(const Part& plain, const std::vector<int>& jo
     else if (solid = combined(*solid, moved(hinge.taken, into), Combination::kDifference, crumb); !solid) return std::nullopt;
   }
   if (!given.empty()) solid = combined(*solid, given, Combination::kUnion, crumb);
-  if (!solid || !round_and_tidy(*solid, Eigen::Isometry3d::Identity(), scene_.lattice.scale) || !check(solid->mesh).good()) return std::nullopt;
+  if (!solid || !round_and_tidy(*solid, Eigen::Isometry3d::Identity(), scene_.lattice.scale) || !check(solid->mesh, true).good()) return std::nullopt;
   const double volume = signed_volume(solid->mesh);
   return Part{plain.bone, std::move(solid->mesh), std::move(solid->source), volume};
 }

@@ -86,7 +86,7 @@ bool intersects_itself(const TriangleMesh& mesh) {
 
 }  // namespace
 
-MeshCheck check(const TriangleMesh& mesh) {
+MeshCheck check(const TriangleMesh& mesh, bool simple) {
   MeshCheck result;
   const bool finite = std::all_of(mesh.vertices.begin(), mesh.vertices.end(), [](const auto& v) { return v.allFinite(); });
   if (mesh.empty() || !finite || !indices_are_sound(mesh)) {
@@ -97,7 +97,7 @@ MeshCheck check(const TriangleMesh& mesh) {
   check_edges(mesh, result);
   result.extra_pieces = count_pieces(mesh) - 1;
   // Two sheets joined along an edge, or a hole's rim, leave no question that CGAL's structure could hold.
-  if (!result.open && !result.non_manifold) result.self_intersecting = intersects_itself(mesh);
+  if (!simple && !result.open && !result.non_manifold) result.self_intersecting = intersects_itself(mesh);
   result.inside_out = !(signed_volume(mesh) > 0);
   return result;
 }

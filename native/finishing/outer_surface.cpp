@@ -55,7 +55,7 @@ std::optional<Part> exact_part(const PartField& field, const CuttableTarget& tar
     Part part;
     part.bone = field.bone;
     part.volume = signed_volume(cut->mesh);
-    if (!plausible(part.volume, field) || !check(cut->mesh).good()) continue;
+    if (!plausible(part.volume, field) || !check(cut->mesh, true).good()) continue;
     part.mesh = std::move(cut->mesh);
     part.source = std::move(cut->source);
     return part;

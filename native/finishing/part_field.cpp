@@ -8,6 +8,8 @@
 #include <limits>
 #include <string>
 
+#include "finishing/row_reader.h"
+
 namespace transformables::finishing {
 namespace {
 
@@ -70,20 +72,22 @@ Nearest nearest_two(const Segmentation& segmentation, const GridShape& lattice) 
   }
   tbb::parallel_for(0, lattice.size.z(), [&](int k) {
     for (std::size_t bone = 0; bone < boxes.size(); ++bone) {
-      SampleBox slice = boxes[bone];
-      if (slice.empty() || k < slice.low.z() || k > slice.high.z()) continue;
-      slice.low.z() = slice.high.z() = k;
-      for_each_sample(slice, [&](const Eigen::Vector3i& c, std::size_t) {
-        const std::size_t at = lattice.index(c);
-        const float value = sample(segmentation.phi[bone], lattice.position(c));
-        if (value < n.first[at]) {
-          n.second[at] = n.first[at];
-          n.first[at] = value;
-          n.bone[at] = std::int16_t(bone);
-        } else if (value < n.second[at]) {
-          n.second[at] = value;
+      const SampleBox& box = boxes[bone];
+      if (box.empty() || k < box.low.z() || k > box.high.z()) continue;
+      RowReader phi(segmentation.phi[bone], lattice, clamp);
+      for (int j = box.low.y(); j <= box.high.y(); ++j) {
+        std::size_t at = lattice.index(box.low.x(), j, k);
+        for (const float value : phi.row(box.low.x(), box.high.x(), j, k)) {
+          if (value < n.first[at]) {
+            n.second[at] = n.first[at];
+            n.first[at] = value;
+            n.bone[at] = std::int16_t(bone);
+          } else if (value < n.second[at]) {
+            n.second[at] = value;
+          }
+          ++at;
         }
-      });
+      }
     }
   });
   return n;
@@ -166,15 +170,19 @@ struct Maker {
   /// Signed distance of a bone's side of its interfaces. Level sets are distances only roughly, the gap is to be exact.
   Grid<float> side_of(int bone) const {
     Grid<float> side = grid_over(boxes[bone], lattice.outer.shape, kFar);
-    const float clamp = float(4 * segmentation.shape.step);
-    const Grid<float>& phi = segmentation.phi[bone];
-    for_each_sample(boxes[bone], [&](const Eigen::Vector3i& c, std::size_t n) {
-      const std::size_t at = lattice.outer.shape.index(c);
-      const bool own = nearest.bone[at] == bone;
-      // A sample outside the level set's box is at least the margin away from the part.
-      const float mine = own ? nearest.first[at] : phi.values.empty() ? clamp : value_in(phi, lattice.outer.shape.position(c), clamp);
-      side[n] = (mine - (own ? nearest.second[at] : nearest.first[at])) / 2;
-    });
+    // A sample outside the level set's box is at least the margin away from the part.
+    RowReader phi(segmentation.phi[bone], lattice.outer.shape, float(4 * segmentation.shape.step));
+    const SampleBox& box = boxes[bone];
+    std::size_t n = 0;
+    for (int k = box.low.z(); k <= box.high.z(); ++k)
+      for (int j = box.low.y(); j <= box.high.y(); ++j) {
+        std::size_t at = lattice.outer.shape.index(box.low.x(), j, k);
+        for (const float here : phi.row(box.low.x(), box.high.x(), j, k)) {
+          const bool own = nearest.bone[at] == bone;
+          side[n++] = ((own ? nearest.first[at] : here) - (own ? nearest.second[at] : nearest.first[at])) / 2;
+          ++at;
+        }
+      }
     return redistanced(side);
   }
 
@@ -190,12 +198,6 @@ struct Maker {
       inner[n] = shelled(inner[n], lattice.outer.at(c), lattice.outer.shape.position(c), skeleton, options.wall);
     });
     return inner;
-  }
-
-  static float value_in(const Grid<float>& phi, const Eigen::Vector3d& p, float beyond) {
-    const Eigen::Array3d q = (p - phi.shape.origin).array() / phi.shape.step;
-    const bool within = (q > -1e-6).all() && (q < phi.shape.size.array().cast<double>() - 1 + 1e-6).all();
-    return within ? sample(phi, p) : beyond;
   }
 
   PartField part(int bone) const {

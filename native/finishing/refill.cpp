@@ -23,6 +23,10 @@ struct Ball {
   double radius;
 };
 
+bool boxes_meet(const PartField& a, const PartField& b) {
+  return ((a.corner + a.shape().size).array() > b.corner.array()).all() && ((b.corner + b.shape().size).array() > a.corner.array()).all();
+}
+
 /// One part that grows.
 class Growing {
  public:
@@ -34,17 +38,22 @@ class Growing {
 
   /// Looks at the samples beside the part as they stand in object mode; false when none of them can be had.
   bool look(const std::vector<PartField>& parts) {
-    for (std::size_t n = 0; n < clear_.size(); ++n) {
-      if (tried_[n] || part_.bound(n) >= reach_ || part_.inner[n] < kDeep * step_) continue;
-      tried_[n] = 1;
-      const Eigen::Vector3i c = part_.corner + part_.shape().cell(n);
-      if (is_anothers(c) || at_a_joint(c)) continue;
-      // In object mode all parts end at the same surface, so only what is between them counts.
-      for (const PartField& other : parts)
-        if (const Eigen::Vector3i q = c - other.corner; &other != &part_ && other.shape().contains(q))
-          clear_[n] = std::min(clear_[n], other.away.at(q).inner);
-      mask_[n] = worth(n);
-    }
+    // In object mode all parts end at the same surface, so only what is between them counts.
+    std::vector<const PartField*> beside;
+    for (const PartField& other : parts)
+      if (&other != &part_ && boxes_meet(part_, other)) beside.push_back(&other);
+    const GridShape& shape = part_.shape();
+    tbb::parallel_for(0, shape.size.z(), [&](int k) {
+      for (std::size_t n = shape.index(0, 0, k), end = shape.index(0, 0, k + 1); n < end; ++n) {
+        if (tried_[n] || part_.bound(n) >= reach_ || part_.inner[n] < kDeep * step_) continue;
+        tried_[n] = 1;
+        const Eigen::Vector3i c = part_.corner + shape.cell(n);
+        if (is_anothers(c) || at_a_joint(c)) continue;
+        for (const PartField* other : beside)
+          if (const Eigen::Vector3i q = c - other->corner; other->shape().contains(q)) clear_[n] = std::min(clear_[n], other->away.at(q).inner);
+        mask_[n] = worth(n);
+      }
+    });
     bricks_ = bricks_of(part_, reach_, mask_);
     return !bricks_.samples.empty();
   }
@@ -52,10 +61,12 @@ class Growing {
   /// How near others come in a move; what can't be had any more is not looked at again. False when nothing is left.
   bool heed(const std::vector<const PartField*>& others, const MoveMotion& motion) {
     std::vector<Swept> all(others.size());
+    std::vector<Matter> matters;
+    for (const std::uint32_t n : bricks_.samples) matters.push_back({clear_[n], needed(n)});
     tbb::parallel_for(std::size_t(0), others.size(), [&](std::size_t o) {
       const PartField& other = *others[o];
       if (!PairConfigurations::can_meet(motion, part_, other, reach_)) return;
-      all[o] = sweep(part_, bricks_, other, PairConfigurations(motion, part_, other), scene_.lattice.cover, reach_, kEdge);
+      all[o] = sweep(part_, bricks_, other, PairConfigurations(motion, part_, other), scene_.lattice.cover, reach_, kEdge, matters);
     });
     bool fewer = false;
     for (const Swept& swept : all)
@@ -81,7 +92,9 @@ class Growing {
   }
 
  private:
-  bool worth(std::size_t n) const { return part_.inner[n] - (gap_ - clear_[n]) > kWorth * step_; }
+  /// How near others may come to a sample that is worth having.
+  float needed(std::size_t n) const { return gap_ + kWorth * step_ - part_.inner[n]; }
+  bool worth(std::size_t n) const { return clear_[n] > needed(n); }
   bool at_a_joint(const Eigen::Vector3i& c) const {
     const Eigen::Vector3d p = scene_.lattice.outer.shape.position(c);
     return std::any_of(joints_.begin(), joints_.end(), [&](const Ball& ball) { return (p - ball.centre).norm() < ball.radius; });

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -47,26 +48,59 @@ void near_spans(const Span& span, float radius, const Stride& stride, float reac
   }
 }
 
-/// One sample's least value over some spans.
+/// A sample's least value over some spans, and when.
+struct Least {
+  float value;
+  std::int32_t where = 0;
+};
+
 struct Walker {
   const PartField& b;
   const PairConfigurations& configurations;
-  float cover, reach, floor, edge;
+  float cover, edge;
 
-  void walk(const Eigen::Vector3f& p, const Stride& stride, const std::vector<Span>& spans, float& least, std::int32_t& where) const {
+  Least walk(const Eigen::Vector3f& p, const Stride& stride, const std::vector<Span>& spans, const Matter& matter) const {
+    Least least{matter.below};
     for (const Span& span : spans)
       for (int k = span.first; k <= span.last;) {
         const float value = value_at(b, configurations(k, p), edge);
-        if (value < least) {
-          least = value;
-          where = k;
-          if (least < floor) return;
+        if (value < least.value) {
+          least = {value, k};
+          if (value < matter.to) return least;
         }
         // The end of a span is looked at, too.
-        k = k < span.last ? std::min(k + stride(std::max(2 * cover, kTrust * (value - least))), span.last) : k + 1;
+        k = k < span.last ? std::min(k + stride(std::max(2 * cover, kTrust * (value - least.value))), span.last) : k + 1;
       }
+    return least;
   }
 };
+
+/// Calls f(n, least) for samples of a brick whose least distance over the move matters and is found to be under what matters; until f is false.
+/// @param matter_of  of the n-th of the bricks' samples
+template <class MatterOf, class F>
+void walk_brick(const PartField& a, const Bricks& bricks, std::size_t brick, const Walker& walker, MatterOf&& matter_of, F&& f) {
+  const GridShape& shape = a.shape();
+  const std::uint32_t first = bricks.first[brick], end = bricks.first[brick + 1];
+  float reach = std::numeric_limits<float>::lowest();
+  for (std::uint32_t n = first; n < end; ++n) reach = std::max(reach, matter_of(n).below);
+  if (reach == std::numeric_limits<float>::lowest()) return;
+  const PairMotion& motion = walker.configurations.motion();
+  const double half = (kBrick - 1) / 2.0, radius = shape.step * half * std::sqrt(3.0);
+  const Eigen::Vector3d centre = (shape.cell(bricks.samples[first]) / kBrick * kBrick).cast<double>().array() + half;
+  const int last = walker.configurations.last();
+  std::vector<Span> spans;
+  const Stride stride(motion.travel(shape.origin + shape.step * centre) + motion.angle * radius, last);
+  near_spans({0, last}, float(radius), stride, reach,
+             [&](int k) { return value_at(walker.b, walker.configurations(k, centre.cast<float>()), walker.edge); }, spans);
+  if (spans.empty()) return;
+  for (std::uint32_t n = first; n < end; ++n) {
+    const Matter matter = matter_of(n);
+    if (matter.below == std::numeric_limits<float>::lowest()) continue;
+    const Eigen::Vector3i c = shape.cell(bricks.samples[n]);
+    const Least least = walker.walk(c.cast<float>(), Stride(motion.travel(shape.position(c)), last), spans, matter);
+    if (least.value < matter.below && !f(n, least)) return;
+  }
+}
 
 }  // namespace
 
@@ -138,27 +172,34 @@ Bricks bricks_of(const PartField& part, double reach, const std::vector<char>& m
 }
 
 Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover, double reach,
-            float edge) {
-  const GridShape& shape = a.shape();
+            float edge, const std::vector<Matter>& matters) {
   Swept swept{std::vector<float>(bricks.samples.size(), float(reach)), std::vector<std::int32_t>(bricks.samples.size(), 0), float(reach)};
-  const Walker walker{b, configurations, float(cover), float(reach), float(-kDepth * shape.step), edge};
-  const PairMotion& motion = configurations.motion();
-  const double half = (kBrick - 1) / 2.0, radius = shape.step * half * std::sqrt(3.0);
-  tbb::parallel_for(std::size_t(1), bricks.first.size(), [&](std::size_t brick) {
-    const std::uint32_t first = bricks.first[brick - 1], end = bricks.first[brick];
-    const Eigen::Vector3d centre = (shape.cell(bricks.samples[first]) / kBrick * kBrick).cast<double>().array() + half;
-    std::vector<Span> spans;
-    const Stride stride(motion.travel(shape.origin + shape.step * centre) + motion.angle * radius, configurations.last());
-    near_spans({0, configurations.last()}, float(radius), stride, float(reach), [&](int k) { return value_at(b, configurations(k, centre.cast<float>()), edge); }, spans);
-    if (spans.empty()) return;
-    for (std::uint32_t n = first; n < end; ++n) {
-      const std::uint32_t sample = bricks.samples[n];
-      if (a.bound(sample) >= reach) continue;
-      const Eigen::Vector3i c = shape.cell(sample);
-      walker.walk(c.cast<float>(), Stride(motion.travel(shape.position(c)), configurations.last()), spans, swept.least[n], swept.where[n]);
-    }
+  const Walker walker{b, configurations, float(cover), edge};
+  const Matter all{float(reach), float(-kDepth * a.shape().step)}, none{std::numeric_limits<float>::lowest(), 0};
+  tbb::parallel_for(std::size_t(0), bricks.first.size() - 1, [&](std::size_t brick) {
+    const auto matter_of = [&](std::uint32_t n) {
+      if (a.bound(bricks.samples[n]) >= reach) return none;
+      return matters.empty() ? all : Matter{std::min(matters[n].below, all.below), std::max(matters[n].to, all.to)};
+    };
+    walk_brick(a, bricks, brick, walker, matter_of, [&](std::uint32_t n, const Least& least) {
+      swept.least[n] = least.value;
+      swept.where[n] = least.where;
+      return true;
+    });
   });
   return swept;
+}
+
+bool any_nearer(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover,
+                const std::vector<float>& below) {
+  const Walker walker{b, configurations, float(cover), 0};
+  std::atomic<bool> found = false;
+  tbb::parallel_for(std::size_t(0), bricks.first.size() - 1, [&](std::size_t brick) {
+    if (found) return;
+    walk_brick(a, bricks, brick, walker, [&](std::uint32_t n) { return Matter{below[n], below[n]}; },
+               [&](std::uint32_t, const Least&) { return !(found = true); });
+  });
+  return found;
 }
 
 }  // namespace transformables::finishing

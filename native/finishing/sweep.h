@@ -50,9 +50,18 @@ struct Swept {
   std::vector<std::int32_t> where;  ///< the configuration
   float reach = 0;
 };
-/// @param edge  see value_at()
+/// What matters of a sample's least distance: whether it is under `below`, and if so how much, down to `to`.
+struct Matter {
+  float below, to;
+};
+/// @param edge     see value_at()
+/// @param matters  for each of the bricks' samples; a least distance that does not matter reads `reach`. Empty: all do
 Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover, double reach,
-            float edge = 0);
+            float edge = 0, const std::vector<Matter>& matters = {});
+
+/// Whether B comes nearer to any of the samples than the distance given for it.
+bool any_nearer(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover,
+                const std::vector<float>& below);
 
 /// A lower bound of the distance to a part from a place given in its samples (x, y, z, 0).
 /// @param edge  steps by which the edge where the target's surface and an interface cross counts as nearer: what is made by swept values is sampled,

@@ -325,7 +325,7 @@ class Run:
             tried.append(turns)
             pose = self.tn.Embedding(root=list(self.embedding.root), angles=list(angles), morphology=list(self.embedding.morphology), symmetric=False)
             proof = self.tn.certify(self.parts, self.character, pose, self.tn.FoldPath(moves=[turns]), least=self.certificate.gap * PROVED_AGAIN,
-                                    enough=self.certificate.gap, tolerance=JOINED_TOLERANCE, steps=JOINED_STEPS, pairs=pairs, threads=self.options.threads,
+                                    enough=self.certificate.gap, tolerance=JOINED_TOLERANCE, steps=JOINED_STEPS, pairs=pairs, to_the_end=False, threads=self.options.threads,
                                     progress=lambda *_: progress(min(1.0, len(tried) / len(moves)), "joints that can turn together"))
             return proof.intervals if proof.holds and proof.gap >= self.certificate.gap * PROVED_AGAIN else None
 

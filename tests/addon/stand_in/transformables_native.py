@@ -183,7 +183,7 @@ def transfer_along(segmentation, character, target, embedding, path, *, threads=
     return segmentation
 
 
-def certify(parts, character, embedding, path, *, enough, least, tolerance, steps, pairs=(), threads=0, progress=None):
+def certify(parts, character, embedding, path, *, enough, least, tolerance, steps, pairs=(), to_the_end=True, threads=0, progress=None):
     """Nothing ever touches, but for joints that turn by more than a radian at the same time."""
     calls.append("certify")
     _told(progress, 0.5)

@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "cases.h"
 #include "finishing/finishing.h"
 #include "finishing/outer_surface.h"
 #include "finishing/part_field.h"
+#include "finishing/row_reader.h"
 
 namespace transformables {
 namespace {
@@ -87,6 +89,24 @@ struct Undivided {
     return 1 - sum / design.target.volume;
   }
 };
+
+TEST(RowReader, ReadsWhatSamplesReadWithinTheBoxAndNothingBeyond) {
+  Grid<float> phi({{5, 4, 6}, {0.1, -0.2, 0.3}, 0.1}, 0);
+  for (std::size_t n = 0; n < phi.values.size(); ++n) phi[n] = float(std::sin(double(n)));
+  const GridShape lattice{{40, 40, 40}, {-0.1, -0.4, 0.1}, 0.037};
+  finishing::RowReader reader(phi, lattice, 9);
+  for (int k = 0; k < 40; ++k)
+    for (int j = 0; j < 40; ++j) {
+      const int first = (j + k) % 20;
+      const std::vector<float>& row = reader.row(first, 39, j, k);
+      ASSERT_EQ(row.size(), std::size_t(40 - first));
+      for (std::size_t n = 0; n < row.size(); ++n) {
+        const Vector3d p = lattice.position({first + int(n), j, k}), q = (p - phi.shape.origin) / phi.shape.step;
+        const bool within = (q.array() >= 0).all() && (q.array() <= Eigen::Array3d(4, 3, 5)).all();
+        EXPECT_NEAR(row[n], within ? sample(phi, p) : 9, 1e-5);
+      }
+    }
+}
 
 TEST(Partition, WithoutAGapEverySampleWithinTheTargetIsInExactlyOnePart) {
   const Undivided made(kLongestSide / 32);
