@@ -12,13 +12,11 @@ constexpr double kWithin = 0.6;          // of the range of each unknown
 constexpr int kSteps = 20;               // downhill, at most
 constexpr double kDamping = 0.1, kLeastDamping = 1e-3, kMostDamping = 1e3, kEased = 0.3, kStiffened = 5;
 constexpr double kSettled = 1e-3;        // a step that gains less, of the value, is the last
-// Of the poses one in ten is changed again and again, goes some steps downhill, and gives way when that made it better.
-constexpr std::size_t kKept = 10, kFewest = 4;
-constexpr int kHops = 60, kStepsAfter = 8;
+// The best few are changed again and again: each change goes some steps downhill, and stays where that made the pose better. Few that are
+// changed often come farther than many that are changed seldom.
+constexpr int kHops = 200, kStepsAfter = 8;
 constexpr double kNewLimb = 0.4, kTakenLimb = 0.3;  // how often; else all unknowns are shaken
 constexpr double kWithinLimb = 0.8, kShaken = 0.15;
-
-std::size_t kept_of(std::size_t count) { return std::min(count, std::max(kFewest, count / kKept)); }
 
 }  // namespace
 
@@ -97,10 +95,7 @@ bool Search::is_below(int bone, int ancestor) const {
   return bone == ancestor;
 }
 
-/// The best of them, changed one by one for the better.
 void Search::hop(std::vector<Candidate>& candidates) {
-  std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.value < b.value; });
-  candidates.resize(kept_of(candidates.size()));
   for (int hop = 0; hop < kHops; ++hop) {
     std::vector<Candidate> changed = candidates;
     for (std::size_t k = 0; k < changed.size(); ++k) {
@@ -113,13 +108,16 @@ void Search::hop(std::vector<Candidate>& candidates) {
   }
 }
 
-long Search::planned_for_beginnings(std::size_t count) {
-  return long(count) * (long(kPosesTried) + kSteps) + long(kept_of(count)) * kHops * kStepsAfter;
+long Search::planned_for_beginnings(std::size_t starts, std::size_t kept) {
+  return long(starts) * (long(kPosesTried) + kSteps) + long(std::min(starts, kept)) * kHops * kStepsAfter;
 }
 
-std::vector<Search::Candidate> Search::beginnings(std::size_t count) {
-  std::vector<Candidate> candidates = screened(count);
+/// @param kept  of so many starts
+std::vector<Search::Candidate> Search::beginnings(std::size_t starts, std::size_t kept) {
+  std::vector<Candidate> candidates = screened(starts);
   descend(candidates, kSteps);
+  std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.value < b.value; });
+  candidates.resize(std::min(starts, kept));
   hop(candidates);
   return candidates;
 }

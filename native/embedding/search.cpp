@@ -22,10 +22,9 @@ constexpr std::chrono::milliseconds kShown{50};
 constexpr std::ptrdiff_t kTogether = 8;  // runs: few, so that there is soon something to show
 constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
 
-// Successive halving: so many times the finalists begin, and go on after the short run. A larger population has longer runs.
-constexpr std::size_t kFirst = 4, kSecond = 2;
-constexpr long kShortRun = 300, kMiddleRun = 900;
-constexpr std::size_t kPatience = 2;     // times the finalists: so many candidates are run to their end for solutions that differ
+// So many candidates for each solution that is wanted, and for few solutions as many as for some; a short run tells which are good. A larger population has longer runs.
+constexpr std::size_t kCandidates = 2, kFewest = 4;
+constexpr long kShortRun = 300;
 constexpr int kRoughVoxels = 32;         // along the target's longest side, for the first rounds
 // A random pose that sticks out or collides by more than this is not flooded, and so is looked at in a sixth of the time. Most are so far
 // out; what its other terms would be hardly changes its rank. Instead of them it has kUnseen.
@@ -271,20 +270,16 @@ std::vector<Embedding> Search::wide(int count, double least_difference, const He
   least_difference_ = least_difference;
   wide_ = true;
   const long bound = options_.evaluations;
-  const auto within = [&](long length) { return std::min(long(breadth() * double(length)), bound); };
-  const auto together = std::size_t(options_.runs), finalists = std::max(together, std::size_t(count) * 3 / 2);
-  const std::size_t first = kFirst * finalists, second = kSecond * finalists;
-  planned_ = planned_for_beginnings(finalists * std::size_t(options_.starts)) + long(first) * within(kShortRun) + long(second) * (within(kMiddleRun) - within(kShortRun)) +
-             long(finalists) * (bound - within(kMiddleRun));
+  const long brief = std::min(long(breadth() * double(kShortRun)), bound);
+  const auto together = std::size_t(options_.runs), finalists = std::max({together, std::size_t(count) * 3 / 2, kFewest});
+  const std::size_t starts = finalists * std::size_t(options_.starts), kept = kCandidates * finalists;
+  planned_ = planned_for_beginnings(starts, kept) + long(kept) * brief + long(std::max(together, std::size_t(count))) * (bound - brief);
   rough_ = true;
-  const std::vector<Candidate> candidates = beginnings(finalists * std::size_t(options_.starts));
+  const std::vector<Candidate> candidates = beginnings(starts, kept);
   rough_ = false;
   best_value_ = std::numeric_limits<double>::infinity();  // values so far do not compare with those to come
   std::vector<Run> runs = started(candidates);
-  runs = best_that_differ(runs, first);
-  advance(runs, within(kShortRun));
-  runs = best_that_differ(runs, second);
-  advance(runs, within(kMiddleRun));
+  advance(runs, brief);
   std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.best_value < b.best_value; });
   std::vector<Run> ended;
   std::vector<Embedding> solutions;
@@ -296,11 +291,8 @@ std::vector<Embedding> Search::wide(int count, double least_difference, const He
     }
     finish(batch, ended, found);
     settle(ended);
-    // A pose that is not sound is no solution: as long as there are others, they have their turn. Where runs end alike again and again, fewer solutions do,
-    // and where symmetry was nobody's wish, the search without it has better chances than what is left here.
-    const bool enough = ended.size() >= std::size_t(count), tired = tried >= kPatience * finalists;
-    if ((enough || tired) && sound(ended.front())) break;
-    if (tired && symmetric_ && options_.symmetry != Symmetry::kOn) break;
+    // A pose that is not sound is no solution: as long as there are others, they have their turn.
+    if (ended.size() >= std::size_t(count) && sound(ended.front())) break;
   }
   for (std::size_t k = 0; k < std::min(ended.size(), std::size_t(count)); ++k) solutions.push_back(embedding_of(ended[k].best, ended[k].start));
   return solutions;

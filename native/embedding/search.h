@@ -1,5 +1,5 @@
-// The search for embeddings: many starts go downhill, the best are changed limb by limb, and of those the good and different ones go on
-// (successive halving over CMA-ES runs).
+// The search for embeddings: many starts go downhill, the best are changed limb by limb, and CMA-ES takes those that are good and different to
+// their end.
 #pragma once
 
 #include <tbb/enumerable_thread_specific.h>
@@ -68,8 +68,8 @@ class Search {
   };
 
   // Where runs begin (beginnings.cpp).
-  std::vector<Candidate> beginnings(std::size_t count);
-  static long planned_for_beginnings(std::size_t count);
+  std::vector<Candidate> beginnings(std::size_t starts, std::size_t kept);
+  static long planned_for_beginnings(std::size_t starts, std::size_t kept);
   std::vector<Candidate> screened(std::size_t count);
   void descend(std::vector<Candidate>& candidates, int steps);
   void descend(Candidate& candidate, int steps);
@@ -126,7 +126,8 @@ class Search {
 
 template <class F>
 void Search::for_each_in_pieces(std::size_t count, long evaluations_each, const F& f) {
-  const std::size_t piece = 8 * std::size_t(arena_.max_concurrency());
+  const auto a_core = std::size_t(std::clamp(40 / evaluations_each, 1L, 8L));  // an evaluation takes a millisecond at most, a rough one less
+  const std::size_t piece = a_core * std::size_t(arena_.max_concurrency());
   for (std::size_t begin = 0; begin < count; begin += piece) {
     const std::size_t end = std::min(count, begin + piece);
     arena_.execute([&] { tbb::parallel_for(begin, end, f); });
