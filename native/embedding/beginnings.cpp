@@ -1,4 +1,4 @@
-// Where the search's runs begin: random poses that went downhill, and came nearer to each other's best limbs.
+// Where the search's runs begin: random poses that went downhill, of which the best were changed limb by limb.
 #include <algorithm>
 #include <cmath>
 

@@ -93,7 +93,7 @@ void Descent::add_wishes() {
   for (Eigen::Index k = 0; k < wished_.size(); ++k) {
     const auto own = std::size_t(k) - colliding_.size();
     const double steepness = std::size_t(k) < colliding_.size() ? steepness_ : wishes_[own].weight;
-    const double weight = steepness / (wished_[k] + kSoft);
+    const double weight = steepness / (std::abs(wished_[k]) + kSoft);
     curvature_.noalias() += weight * by_wishes_.row(k).transpose() * by_wishes_.row(k);
     slope_.noalias() += weight * wished_[k] * by_wishes_.row(k).transpose();
   }

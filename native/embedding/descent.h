@@ -17,7 +17,7 @@ namespace transformables {
 /// thread; it reads what it is made of while it lives.
 class Descent {
  public:
-  /// A number that should become 0, at least 0, and how steep it is. So near to 0 as `kSoft` it matters less.
+  /// A number that should become 0, smooth in the pose, and what a unit of it costs.
   struct Wish {
     std::function<double(const Skeleton&)> value;
     double weight = 1;

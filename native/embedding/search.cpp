@@ -32,6 +32,13 @@ constexpr double kFarOut = 500, kUnseen = 250;
 constexpr double kTouching = 0.1;        // steps: what is less deep in one another does not count as a collision
 constexpr std::size_t kRoughFew = 3000;  // voxels: with more, one in five is a boundary sample
 
+/// How far a pinned bone is from its place, and how much it is turned away (as a vector, in moves that count as much).
+std::pair<Eigen::Vector3d, Eigen::Vector3d> off(const PinnedBone& pin, const Skeleton& skeleton) {
+  const auto bone = std::size_t(pin.bone);
+  const Eigen::AngleAxisd turn(Eigen::Matrix3d(skeleton.rotations[bone] * pin.frame.linear().transpose()));
+  return {skeleton.heads[bone] - pin.frame.translation(), kPinnedTurn * turn.angle() * turn.axis()};
+}
+
 /// Box centre when that is inside, else the deepest place inside.
 Eigen::Vector3d start_head(const Target& target) {
   const GridShape& shape = target.distance.shape;
@@ -71,8 +78,7 @@ Search::Search(const Character& character, const Target& target, const Embedding
       fine_(std::make_shared<const Voxels>(target)), coarse_(coarser(target, fine_)), difference_(character, target, *fine_), target_step_(target.distance.shape.step),
       workers_([&character, &target, &options, this] {
         return Worker{Evaluator(character, target, fine_, options.weights), Evaluator(character, target, coarse_, options.weights),
-                      Descent(character, target, unknowns_, options.weights, kFeasibility,
-                              {{[this](const Skeleton& skeleton) { return pin_error(skeleton); }, kPinned}, {[this](const Skeleton& skeleton) { return painted_(skeleton); }, kPainted}}),
+                      Descent(character, target, unknowns_, options.weights, kFeasibility, wishes()),
                       {Eigen::Isometry3d::Identity(), Eigen::VectorXd::Zero(character.angle_count)},
                       Morphology::Ones(Eigen::Index(character.bones.size()))};
       }),
@@ -81,12 +87,22 @@ Search::Search(const Character& character, const Target& target, const Embedding
 double Search::pin_error(const Skeleton& skeleton) const {
   double error = 0;
   for (std::size_t k = 1; k < options_.pinned.size(); ++k) {  // the first is held exactly, by the unknowns
-    const PinnedBone& pin = options_.pinned[k];
-    const auto bone = std::size_t(pin.bone);
-    const double turn = Eigen::AngleAxisd(Eigen::Matrix3d(skeleton.rotations[bone] * pin.frame.linear().transpose())).angle();
-    error += (skeleton.heads[bone] - pin.frame.translation()).norm() + kPinnedTurn * turn;
+    const auto [move, turn] = off(options_.pinned[k], skeleton);
+    error += move.norm() + turn.norm();
   }
   return error;
+}
+
+/// What a search asks of poses that the objective does not know of.
+std::vector<Descent::Wish> Search::wishes() const {
+  std::vector<Descent::Wish> wishes;
+  for (std::size_t k = 1; k < options_.pinned.size(); ++k)
+    for (int d = 0; d < 3; ++d) {
+      wishes.push_back({[this, k, d](const Skeleton& skeleton) { return off(options_.pinned[k], skeleton).first[d]; }, kPinned});
+      wishes.push_back({[this, k, d](const Skeleton& skeleton) { return off(options_.pinned[k], skeleton).second[d]; }, kPinned});
+    }
+  if (!options_.painted.empty()) wishes.push_back({[this](const Skeleton& skeleton) { return painted_(skeleton); }, kPainted});
+  return wishes;
 }
 
 double Search::value_of(Worker& worker, const Candidate& candidate) const {

@@ -90,6 +90,7 @@ class Search {
   void for_each_in_pieces(std::size_t count, long evaluations_each, const F& f);
   double value_of(Worker& worker, const Candidate& candidate) const;
   double pin_error(const Skeleton& skeleton) const;
+  std::vector<Descent::Wish> wishes() const;
   double value_of(const Evaluation& evaluation, const Skeleton& skeleton) const;
   void take(const Eigen::VectorXd& y, const StartPlace& start, double value);
   void read_partition(Run& run);

@@ -51,6 +51,31 @@ TEST(Unknowns, SymmetricOnesGiveMirrorImagesAndStayInTheLimits) {
   }
 }
 
+TEST(Unknowns, TellWhichBoneEachTurnsOrScales) {
+  const Character character = armed();
+  const Target target = box_target({0.25, 0.2, 0.15});
+  for (const bool symmetric : {false, true}) {
+    const Unknowns unknowns(character, target, {}, symmetric);
+    ASSERT_EQ(unknowns.bones().size(), std::size_t(unknowns.count()));
+    Pose rest = pose_at(character, {0, 0, 0}), moved = rest;
+    Morphology scales = unscaled(character), other = scales;
+    VectorXd y = VectorXd::Zero(unknowns.count());
+    unknowns.read(y, {}, rest, scales);
+    for (Eigen::Index u = unknowns.root_count(); u < y.size(); ++u) {
+      y[u] = 0.3;
+      unknowns.read(y, {}, moved, other);
+      y[u] = 0;
+      for (std::size_t b = 0; b < character.bones.size(); ++b) {
+        const Bone& bone = character.bones[b];
+        const bool changed = other[Eigen::Index(b)] != scales[Eigen::Index(b)] ||
+                             (!bone.hinges.empty() && moved.angles[bone.first_angle] != rest.angles[bone.first_angle]);
+        const int own = unknowns.bones()[std::size_t(u)];
+        EXPECT_EQ(changed, int(b) == own || (symmetric && int(b) == character.bones[std::size_t(own)].mirror));
+      }
+    }
+  }
+}
+
 VectorXd anywhere(const Unknowns& unknowns, Random& random) {
   VectorXd y(unknowns.count());
   for (double& v : y) v = random.uniform(-3, 3);
