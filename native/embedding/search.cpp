@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/error.h"
+
 namespace transformables {
 namespace {
 
@@ -22,8 +24,9 @@ constexpr std::chrono::milliseconds kShown{50};
 constexpr std::ptrdiff_t kTogether = 8;  // runs: few, so that there is soon something to show
 constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
 
-// So many candidates for each solution that is wanted, and for few solutions as many as for some; a short run tells which are good. A larger population has longer runs.
-constexpr std::size_t kCandidates = 2, kFewest = 4;
+// There are half as many finalists again as solutions are wanted, but no fewer than these; for each so many candidates, and a short run tells which are
+// good. A larger population has longer runs.
+constexpr std::size_t kFewest = 4, kCandidates = 2;
 constexpr long kShortRun = 300;
 constexpr int kRoughVoxels = 32;         // along the target's longest side, for the first rounds
 // A random pose that sticks out or collides by more than this is not flooded, and so is looked at in a sixth of the time. Most are so far
@@ -33,7 +36,7 @@ constexpr double kTouching = 0.1;        // steps: what is less deep in one anot
 constexpr std::size_t kRoughFew = 3000;  // voxels: with more, one in five is a boundary sample
 
 /// How far a pinned bone is from its place, and how much it is turned away (as a vector, in moves that count as much).
-std::pair<Eigen::Vector3d, Eigen::Vector3d> off(const PinnedBone& pin, const Skeleton& skeleton) {
+std::pair<Eigen::Vector3d, Eigen::Vector3d> misplacement(const PinnedBone& pin, const Skeleton& skeleton) {
   const auto bone = std::size_t(pin.bone);
   const Eigen::AngleAxisd turn(Eigen::Matrix3d(skeleton.rotations[bone] * pin.frame.linear().transpose()));
   return {skeleton.heads[bone] - pin.frame.translation(), kPinnedTurn * turn.angle() * turn.axis()};
@@ -82,12 +85,14 @@ Search::Search(const Character& character, const Target& target, const Embedding
                       {Eigen::Isometry3d::Identity(), Eigen::VectorXd::Zero(character.angle_count)},
                       Morphology::Ones(Eigen::Index(character.bones.size()))};
       }),
-      arena_(options.threads == 0 ? tbb::task_arena::automatic : options.threads) {}
+      arena_(options.threads == 0 ? tbb::task_arena::automatic : options.threads) {
+  if (unknowns_.count() == 0) throw InvalidInput("there is nothing to search: a bone is pinned, every joint is locked and every proportion kept; free one of them");
+}
 
 double Search::pin_error(const Skeleton& skeleton) const {
   double error = 0;
   for (std::size_t k = 1; k < options_.pinned.size(); ++k) {  // the first is held exactly, by the unknowns
-    const auto [move, turn] = off(options_.pinned[k], skeleton);
+    const auto [move, turn] = misplacement(options_.pinned[k], skeleton);
     error += move.norm() + turn.norm();
   }
   return error;
@@ -98,8 +103,8 @@ std::vector<Descent::Wish> Search::wishes() const {
   std::vector<Descent::Wish> wishes;
   for (std::size_t k = 1; k < options_.pinned.size(); ++k)
     for (int d = 0; d < 3; ++d) {
-      wishes.push_back({[this, k, d](const Skeleton& skeleton) { return off(options_.pinned[k], skeleton).first[d]; }, kPinned});
-      wishes.push_back({[this, k, d](const Skeleton& skeleton) { return off(options_.pinned[k], skeleton).second[d]; }, kPinned});
+      wishes.push_back({[this, k, d](const Skeleton& skeleton) { return misplacement(options_.pinned[k], skeleton).first[d]; }, kPinned});
+      wishes.push_back({[this, k, d](const Skeleton& skeleton) { return misplacement(options_.pinned[k], skeleton).second[d]; }, kPinned});
     }
   if (!options_.painted.empty()) wishes.push_back({[this](const Skeleton& skeleton) { return painted_(skeleton); }, kPainted});
   return wishes;

@@ -166,6 +166,11 @@ TEST(Embed, RefusesOptionsOutOfRange) {
     o.pinned = {{0, Eigen::Isometry3d::Identity()}};
     o.pinned[0].frame.linear() *= 2;
   });
+  refused([](EmbeddingOptions& o) {  // nothing is left to be searched
+    o.pinned = {{0, Eigen::Isometry3d::Identity()}};
+    o.locked = {{0, 0.5}, {1, -0.5}};
+    o.proportions = false;
+  });
   refused([](EmbeddingOptions& o) { o.proportion_of = {{0, 0, 1}}; });
   refused([](EmbeddingOptions& o) { o.proportion_of = {{0, 1.2, 1.1}}; });
   refused([](EmbeddingOptions& o) { o.weights.skeleton = std::nan(""); });
