@@ -127,7 +127,7 @@ class Search {
 
 template <class F>
 void Search::for_each_in_pieces(std::size_t count, long evaluations_each, const F& f) {
-  const auto a_core = std::size_t(std::clamp(40 / evaluations_each, 1L, 8L));  // an evaluation takes a millisecond at most, a rough one less
+  const auto a_core = std::size_t(std::clamp(16 / evaluations_each, 1L, 8L));  // an evaluation takes a millisecond or two
   const std::size_t piece = a_core * std::size_t(arena_.max_concurrency());
   for (std::size_t begin = 0; begin < count; begin += piece) {
     const std::size_t end = std::min(count, begin + piece);
