@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "embedding/eight.h"
+#include "common/eight.h"
 
 namespace transformables {
 namespace {
@@ -19,36 +19,36 @@ struct View {
 };
 
 /// 32 cells, of which the bits in `wanted` count. Gives those on a boundary and those that touch their parent's part, with the faces.
-EMBEDDING_INLINE std::uint32_t look(const View& view, std::int32_t c, std::uint32_t wanted, std::uint32_t& meeting, std::uint8_t* faces_of) {
+EIGHT_INLINE std::uint32_t look(const View& view, std::int32_t c, std::uint32_t wanted, std::uint32_t& meeting, std::uint8_t* faces_of) {
   const std::int32_t around[6] = {-1, 1, -view.pitch, view.pitch, -view.slice, view.slice};
   const Bytes outside = Bytes{} + std::uint8_t(kNoLabel);
-  EMBEDDING_LOAD(Bytes, own, view.labels + c);
+  EIGHT_LOAD(Bytes, own, view.labels + c);
   Bytes same = outside, alone = outside;
   for (const std::int32_t step : around) {
-    EMBEDDING_LOAD(Bytes, other, view.labels + c + step);
+    EIGHT_LOAD(Bytes, other, view.labels + c + step);
     const Bytes equal = Bytes(other == own);
     same &= equal;
     alone &= equal | Bytes(other == outside);
   }
   const Bytes inside = Bytes(own != outside), on_boundary = inside & ~same, beside = inside & ~alone;
-  EMBEDDING_BITS_OF_BYTES(boundary_bits, on_boundary);
-  EMBEDDING_BITS_OF_BYTES(beside_bits, beside);
+  EIGHT_BITS_OF_BYTES(boundary_bits, on_boundary);
+  EIGHT_BITS_OF_BYTES(beside_bits, beside);
   meeting = 0;
   if ((beside_bits & wanted) == 0) return boundary_bits & wanted;
   Bytes parent = outside;
   for (std::size_t k = 0; k < view.parent_count; k += kLanes) {
-    EMBEDDING_LOAD(Bytes, table, view.parents + k);
+    EIGHT_LOAD(Bytes, table, view.parents + k);
     const Bytes here = Bytes((own & std::uint8_t(~(kLanes - 1))) == std::uint8_t(k));
     parent = (here & __builtin_shuffle(table, own)) | (~here & parent);
   }
   Bytes faces = {};
   for (int side = 0; side < 6; ++side) {
-    EMBEDDING_LOAD(Bytes, other, view.labels + c + around[side]);
+    EIGHT_LOAD(Bytes, other, view.labels + c + around[side]);
     faces |= Bytes(other == parent) & std::uint8_t(1 << side);
   }
   faces &= Bytes(parent != outside);
   const Bytes meets = Bytes(faces != 0);
-  EMBEDDING_BITS_OF_BYTES(bits, meets);
+  EIGHT_BITS_OF_BYTES(bits, meets);
   meeting = bits & wanted;
   std::memcpy(faces_of, &faces, sizeof faces);
   return boundary_bits & wanted;
@@ -60,7 +60,7 @@ struct Ends {
   Boundary::Interface* interface;
 };
 
-EMBEDDING_INLINE void look_through(const View& view, const Voxels& voxels, Ends& to) {
+EIGHT_INLINE void look_through(const View& view, const Voxels& voxels, Ends& to) {
   const std::int32_t spacing = voxels.spacing, skipped = kLanes % spacing;
   Boundary::Sample* sample = to.sample;
   Boundary::Interface* interface = to.interface;
@@ -85,15 +85,15 @@ EMBEDDING_INLINE void look_through(const View& view, const Voxels& voxels, Ends&
   to = {sample, interface};
 }
 
-EMBEDDING_INLINE void pack(const std::int32_t* field, std::uint8_t* labels, std::int32_t count) {
+EIGHT_INLINE void pack(const std::int32_t* field, std::uint8_t* labels, std::int32_t count) {
   for (std::int32_t k = 0; k < count; ++k) labels[k] = std::uint8_t(field[k]);
 }
 
 void look_through_plain(const View& view, const Voxels& voxels, Ends& to) { look_through(view, voxels, to); }
 void pack_plain(const std::int32_t* field, std::uint8_t* labels, std::int32_t count) { pack(field, labels, count); }
 
-EMBEDDING_AVX2 void look_through_avx2(const View& view, const Voxels& voxels, Ends& to) { look_through(view, voxels, to); }
-EMBEDDING_AVX2 void pack_avx2(const std::int32_t* field, std::uint8_t* labels, std::int32_t count) { pack(field, labels, count); }
+EIGHT_AVX2 void look_through_avx2(const View& view, const Voxels& voxels, Ends& to) { look_through(view, voxels, to); }
+EIGHT_AVX2 void pack_avx2(const std::int32_t* field, std::uint8_t* labels, std::int32_t count) { pack(field, labels, count); }
 
 }  // namespace
 

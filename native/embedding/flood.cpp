@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "embedding/eight.h"
+#include "common/eight.h"
 
 namespace transformables {
 namespace {
@@ -11,51 +11,51 @@ namespace {
 // Costs of a step to a neighbour by face, edge and corner, packed as distances are.
 constexpr std::int32_t kFace = 32 << kLabelBits, kEdge = 45 << kLabelBits, kCorner = 55 << kLabelBits;
 
-#define EMBEDDING_LEAST(a, b) ((a) < (b) ? (a) : (b))
+#define EIGHT_LEAST(a, b) ((a) < (b) ? (a) : (b))
 
 /// One row takes what comes from the four rows on the side that the sweep comes from, and from its own cells on that
 /// side: log-step minimum within eight, then a carry. `multiple`: the row has gaps, over which nothing may be
 /// carried, so its own cells are left to `carry_along_runs`.
 template <bool kForward>
-EMBEDDING_INLINE bool sweep_row(std::int32_t* row, const std::int32_t* wall, int count, int pitch, int slice, bool multiple) {
+EIGHT_INLINE bool sweep_row(std::int32_t* row, const std::int32_t* wall, int count, int pitch, int slice, bool multiple) {
   const int dy = kForward ? -pitch : pitch, dz = kForward ? -slice : slice;
   const Eight none = Eight{} + kUnreached, ramp = kForward ? Eight{1, 2, 3, 4, 5, 6, 7, 8} : Eight{8, 7, 6, 5, 4, 3, 2, 1};
   Eight changed = {}, carried = none;
   for (int k = 0; k < count; k += 8) {
     std::int32_t* v = row + (kForward ? k : count - 8 - k);
     const std::int32_t *a = v + dy, *b = v + dz, *c = v + dz + dy, *d = v + dz - dy;
-    EMBEDDING_LOAD(Eight, old, v);
-    EMBEDDING_LOAD(Eight, a0, a);
-    EMBEDDING_LOAD(Eight, b0, b);
-    EMBEDDING_LOAD(Eight, a1, a - 1);
-    EMBEDDING_LOAD(Eight, a2, a + 1);
-    EMBEDDING_LOAD(Eight, b1, b - 1);
-    EMBEDDING_LOAD(Eight, b2, b + 1);
-    EMBEDDING_LOAD(Eight, c0, c);
-    EMBEDDING_LOAD(Eight, d0, d);
-    EMBEDDING_LOAD(Eight, c1, c - 1);
-    EMBEDDING_LOAD(Eight, c2, c + 1);
-    EMBEDDING_LOAD(Eight, d1, d - 1);
-    EMBEDDING_LOAD(Eight, d2, d + 1);
-    EMBEDDING_LOAD(Eight, walls, wall + (v - row));
-    const Eight face = EMBEDDING_LEAST(a0, b0) + kFace;
-    const Eight a12 = EMBEDDING_LEAST(a1, a2), b12 = EMBEDDING_LEAST(b1, b2), cd = EMBEDDING_LEAST(c0, d0);
-    const Eight ab = EMBEDDING_LEAST(a12, b12), edge = EMBEDDING_LEAST(ab, cd) + kEdge;
-    const Eight c12 = EMBEDDING_LEAST(c1, c2), d12 = EMBEDDING_LEAST(d1, d2), corner = EMBEDDING_LEAST(c12, d12) + kCorner;
-    const Eight near = EMBEDDING_LEAST(face, edge), from = EMBEDDING_LEAST(near, corner);
-    Eight now = EMBEDDING_LEAST(old, from);
+    EIGHT_LOAD(Eight, old, v);
+    EIGHT_LOAD(Eight, a0, a);
+    EIGHT_LOAD(Eight, b0, b);
+    EIGHT_LOAD(Eight, a1, a - 1);
+    EIGHT_LOAD(Eight, a2, a + 1);
+    EIGHT_LOAD(Eight, b1, b - 1);
+    EIGHT_LOAD(Eight, b2, b + 1);
+    EIGHT_LOAD(Eight, c0, c);
+    EIGHT_LOAD(Eight, d0, d);
+    EIGHT_LOAD(Eight, c1, c - 1);
+    EIGHT_LOAD(Eight, c2, c + 1);
+    EIGHT_LOAD(Eight, d1, d - 1);
+    EIGHT_LOAD(Eight, d2, d + 1);
+    EIGHT_LOAD(Eight, walls, wall + (v - row));
+    const Eight face = EIGHT_LEAST(a0, b0) + kFace;
+    const Eight a12 = EIGHT_LEAST(a1, a2), b12 = EIGHT_LEAST(b1, b2), cd = EIGHT_LEAST(c0, d0);
+    const Eight ab = EIGHT_LEAST(a12, b12), edge = EIGHT_LEAST(ab, cd) + kEdge;
+    const Eight c12 = EIGHT_LEAST(c1, c2), d12 = EIGHT_LEAST(d1, d2), corner = EIGHT_LEAST(c12, d12) + kCorner;
+    const Eight near = EIGHT_LEAST(face, edge), from = EIGHT_LEAST(near, corner);
+    Eight now = EIGHT_LEAST(old, from);
     if (!multiple) {
       const Eight one = (kForward ? __builtin_shuffle(none, now, Eight{0, 8, 9, 10, 11, 12, 13, 14})
                                   : __builtin_shuffle(now, none, Eight{1, 2, 3, 4, 5, 6, 7, 8})) + kFace;
-      now = EMBEDDING_LEAST(now, one);
+      now = EIGHT_LEAST(now, one);
       const Eight two = (kForward ? __builtin_shuffle(none, now, Eight{0, 1, 8, 9, 10, 11, 12, 13})
                                   : __builtin_shuffle(now, none, Eight{2, 3, 4, 5, 6, 7, 8, 9})) + 2 * kFace;
-      now = EMBEDDING_LEAST(now, two);
+      now = EIGHT_LEAST(now, two);
       const Eight four = (kForward ? __builtin_shuffle(none, now, Eight{0, 1, 2, 3, 8, 9, 10, 11})
                                    : __builtin_shuffle(now, none, Eight{4, 5, 6, 7, 8, 9, 10, 11})) + 4 * kFace;
-      now = EMBEDDING_LEAST(now, four);
+      now = EIGHT_LEAST(now, four);
       const Eight along = carried + ramp * kFace;
-      now = EMBEDDING_LEAST(now, along);
+      now = EIGHT_LEAST(now, along);
       carried = kForward ? __builtin_shuffle(now, Eight{7, 7, 7, 7, 7, 7, 7, 7}) : __builtin_shuffle(now, Eight{});
     }
     now = now > walls ? now : walls;
@@ -69,7 +69,7 @@ EMBEDDING_INLINE bool sweep_row(std::int32_t* row, const std::int32_t* wall, int
 
 /// Within each run of inside cells, from each to the next.
 template <bool kForward>
-EMBEDDING_INLINE bool carry_along_runs(const Voxels& voxels, const Voxels::Row& row, std::int32_t* field) {
+EIGHT_INLINE bool carry_along_runs(const Voxels& voxels, const Voxels::Row& row, std::int32_t* field) {
   std::int32_t changed = 0;
   for (int r = row.first_run; r < row.end_run; ++r) {
     const Voxels::Run run = voxels.runs[std::size_t(r)];
@@ -88,7 +88,7 @@ EMBEDDING_INLINE bool carry_along_runs(const Voxels& voxels, const Voxels::Row& 
 /// first sweep from each side.
 /// @param changed  of each row of the box and one around it: the number of the last sweep that changed it
 template <bool kForward>
-EMBEDDING_INLINE bool sweep(const Voxels& voxels, std::int32_t* field, std::int32_t* changed, std::int32_t number) {
+EIGHT_INLINE bool sweep(const Voxels& voxels, std::int32_t* field, std::int32_t* changed, std::int32_t number) {
   bool any = false;
   const std::size_t count = voxels.rows.size();
   const std::ptrdiff_t dy = kForward ? -1 : 1, dz = dy * (voxels.size.y() + 2);
@@ -107,7 +107,7 @@ EMBEDDING_INLINE bool sweep(const Voxels& voxels, std::int32_t* field, std::int3
 }
 
 /// After a sweep nothing more comes from its side: the first that changes nothing, coming from the other, is the last.
-EMBEDDING_INLINE int sweep_until_still(const Voxels& voxels, std::int32_t* field, std::int32_t* changed) {
+EIGHT_INLINE int sweep_until_still(const Voxels& voxels, std::int32_t* field, std::int32_t* changed) {
   for (int sweeps = 1;; ++sweeps) {
     const bool any = sweeps % 2 == 1 ? sweep<true>(voxels, field, changed, sweeps) : sweep<false>(voxels, field, changed, sweeps);
     if (!any && sweeps > 1) return sweeps;
@@ -116,7 +116,7 @@ EMBEDDING_INLINE int sweep_until_still(const Voxels& voxels, std::int32_t* field
 
 int flood_plain(const Voxels& voxels, std::int32_t* field, std::int32_t* changed) { return sweep_until_still(voxels, field, changed); }
 
-EMBEDDING_AVX2 int flood_avx2(const Voxels& voxels, std::int32_t* field, std::int32_t* changed) { return sweep_until_still(voxels, field, changed); }
+EIGHT_AVX2 int flood_avx2(const Voxels& voxels, std::int32_t* field, std::int32_t* changed) { return sweep_until_still(voxels, field, changed); }
 
 }  // namespace
 

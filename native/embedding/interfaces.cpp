@@ -5,7 +5,7 @@
 #include <bit>
 #include <cmath>
 
-#include "embedding/eight.h"
+#include "common/eight.h"
 
 namespace transformables {
 namespace {
@@ -47,16 +47,16 @@ constexpr Chosen chosen() {
 constexpr Chosen kChosen = chosen();
 
 /// Appends those of the places [begin, end) whose keys are `low` to `low + span`. @return how many there are then
-EMBEDDING_INLINE std::size_t choose(const std::int32_t* keys, std::uint32_t begin, std::uint32_t end, std::int32_t low, std::int32_t span,
+EIGHT_INLINE std::size_t choose(const std::int32_t* keys, std::uint32_t begin, std::uint32_t end, std::int32_t low, std::int32_t span,
                                     std::uint32_t* near, std::size_t count) {
   std::uint32_t k = begin;
   do {  // mostly there are no more than eight
-    EMBEDDING_LOAD(Eight, key, keys + k);
+    EIGHT_LOAD(Eight, key, keys + k);
     key -= low;
     const Eight within = (key >= 0) & (key <= span);
-    EMBEDDING_BITS_OF_EIGHT(all, within);
+    EIGHT_BITS_OF_EIGHT(all, within);
     const std::uint32_t bits = all & ((1u << std::min(8u, end - k)) - 1);
-    EMBEDDING_LOAD(Eight, lanes, kChosen.lanes[bits].data());
+    EIGHT_LOAD(Eight, lanes, kChosen.lanes[bits].data());
     lanes += std::int32_t(k);
     std::memcpy(near + count, &lanes, sizeof lanes);
     count += kChosen.count[bits];
@@ -66,7 +66,7 @@ EMBEDDING_INLINE std::size_t choose(const std::int32_t* keys, std::uint32_t begi
 }
 
 /// Sums over the places `near` (a multiple of four) about the place `at`: see `Moments`.
-EMBEDDING_INLINE void sum_up(const Interfaces::Place* places, const std::uint32_t* near, std::size_t count, const double* at, double* sums) {
+EIGHT_INLINE void sum_up(const Interfaces::Place* places, const std::uint32_t* near, std::size_t count, const double* at, double* sums) {
   const Four none = {};
   Four s0 = {}, s1 = {}, s2 = {}, s3 = {}, s4 = {}, s5 = {}, s6 = {}, s7 = {}, s8 = {}, s9 = {};
   alignas(32) double weights[kMostNear + 8];
@@ -92,7 +92,7 @@ EMBEDDING_INLINE void sum_up(const Interfaces::Place* places, const std::uint32_
   for (int k = 0; k < 10; ++k) sums[k] = ((*all[k])[0] + (*all[k])[1]) + ((*all[k])[2] + (*all[k])[3]);
   Four side = {};
   for (std::size_t k = 0; k < count; ++k) {
-    EMBEDDING_LOAD(Four, way, places[near[k]].to_parent);
+    EIGHT_LOAD(Four, way, places[near[k]].to_parent);
     side += weights[k] * way;
   }
   for (int k = 0; k < 3; ++k) sums[10 + k] = side[k];
@@ -107,7 +107,7 @@ struct View {
   std::uint32_t* near;
 };
 
-EMBEDDING_INLINE void moments_of(const View& view, const Interfaces::Place& place, double* sums) {
+EIGHT_INLINE void moments_of(const View& view, const Interfaces::Place& place, double* sums) {
   std::size_t count = 0;
   for (std::ptrdiff_t z = -kWindow; z <= kWindow; ++z) {
     const std::ptrdiff_t reach = kWindows[std::size_t(std::abs(z))];
@@ -119,15 +119,15 @@ EMBEDDING_INLINE void moments_of(const View& view, const Interfaces::Place& plac
 }
 
 void moments_plain(const View& view, const Interfaces::Place& place, double* sums) { moments_of(view, place, sums); }
-EMBEDDING_AVX2 void moments_avx2(const View& view, const Interfaces::Place& place, double* sums) { moments_of(view, place, sums); }
+EIGHT_AVX2 void moments_avx2(const View& view, const Interfaces::Place& place, double* sums) { moments_of(view, place, sums); }
 
 /// Of four matrices that have no negative eigenvalue the least one, from the coefficients of det(A - x I): from below, Newton's steps
 /// do not pass it.
 /// @param slopes  there: the product of its distances from the other two
-EMBEDDING_INLINE void least_of_four(const double* traces, const double* minors, const double* determinants, double* least, double* slopes) {
-  EMBEDDING_LOAD(Four, trace, traces);
-  EMBEDDING_LOAD(Four, minor, minors);
-  EMBEDDING_LOAD(Four, determinant, determinants);
+EIGHT_INLINE void least_of_four(const double* traces, const double* minors, const double* determinants, double* least, double* slopes) {
+  EIGHT_LOAD(Four, trace, traces);
+  EIGHT_LOAD(Four, minor, minors);
+  EIGHT_LOAD(Four, determinant, determinants);
   const Four small = 1e-15 * trace, plain = kPlain * trace * trace;  // the slope only falls: where it is no more than `plain`, so it is at the root
   Four x = {}, slope = {};
   for (int k = 0; k < kNewtonSteps; ++k) {
@@ -144,7 +144,7 @@ EMBEDDING_INLINE void least_of_four(const double* traces, const double* minors, 
 void least_plain(const double* traces, const double* minors, const double* determinants, double* least, double* slopes) {
   least_of_four(traces, minors, determinants, least, slopes);
 }
-EMBEDDING_AVX2 void least_avx2(const double* traces, const double* minors, const double* determinants, double* least, double* slopes) {
+EIGHT_AVX2 void least_avx2(const double* traces, const double* minors, const double* determinants, double* least, double* slopes) {
   least_of_four(traces, minors, determinants, least, slopes);
 }
 

@@ -14,6 +14,22 @@ namespace {
 constexpr int kBrick = 4, kSmall = 2;  // samples along the edges of bricks, and of the small ones within them
 constexpr float kUneven = 0.1f;        // steps by which an interpolated distance may change more than the way between two points
 
+/// Those of some balls that lie in [first, first + count), eight at a time.
+template <class BallOf>
+void add_eights(std::vector<PartSamples::EightBalls>& into, std::uint32_t first, std::uint32_t count, const BallOf& ball_of) {
+  for (std::uint32_t begin = 0; begin < count; begin += 8) {
+    PartSamples::EightBalls eight;
+    eight.below = first + begin;
+    for (std::uint32_t n = 0; n < 8; ++n) {
+      const PartSamples::Brick ball = ball_of(first + std::min(begin + n, count - 1));
+      eight.centres.x[n] = ball.centre.x(), eight.centres.y[n] = ball.centre.y(), eight.centres.z[n] = ball.centre.z();
+      eight.radius[n] = ball.radius;
+      eight.count[n] = begin + n < count ? std::int32_t(ball.count) : 0;
+    }
+    into.push_back(eight);
+  }
+}
+
 /// Whether no ball of A's bricks as a whole ever comes within reach of B.
 bool never_near(const PartSamples& a, const PartField& b, const PairMotion& motion, float tolerance) {
   return first_hit(b, motion, a.whole.centre, motion.speed(a.whole.centre, a.whole.radius), 0, tolerance - a.whole.radius) < 0;
@@ -99,6 +115,27 @@ PartSamples::PartSamples(const std::vector<std::int16_t>& owner, const GridShape
   group(bricks, 8);
   group(small, 1);
   if (!points.empty()) whole = ball(0, points.size());
+  make_eights();
+}
+
+/// A brick has at most eight small ones, and those eight points.
+void PartSamples::make_eights() {
+  const auto nth_of = [](const std::vector<Brick>& balls) {
+    return [&balls](std::uint32_t n) {
+      Brick ball = balls[n];
+      ball.radius += kUneven;
+      return ball;
+    };
+  };
+  add_eights(eights[0], 0, std::uint32_t(bricks.size()), nth_of(bricks));
+  std::uint32_t from = 0, to = 0;
+  for (const Brick& brick : bricks) {
+    while (to < small.size() && small[to].first < brick.first + brick.count) ++to;
+    add_eights(eights[1], from, to - from, nth_of(small));
+    from = to;
+  }
+  for (const Brick& brick : small)
+    add_eights(eights[2], brick.first, brick.count, [&](std::uint32_t n) { return Brick{points[n], 0, n, 1}; });
 }
 
 float PairMotion::speed(const Eigen::Vector3f& p, float radius) const {
@@ -136,29 +173,6 @@ std::size_t swept_samples(const PartSamples& a, const PartField& b, const PairMo
         if (hit) (*hit)[i] = 1;
         if (++hits == enough) return hits;
       }
-    }
-  }
-  return hits;
-}
-
-std::size_t overlapping_samples(const PartSamples& a, const PartField& b, const Rigid& a_to_b, float tolerance) {
-  if (a.points.empty() || b.empty() || b.at(a_to_b(a.whole.centre)) > a.whole.radius - tolerance) return 0;
-  // Of a brick whose ball is clear of B's surface nothing counts, or all of it.
-  const auto side = [&](const PartSamples::Brick& brick) {
-    const float value = b.at(a_to_b(brick.centre)) + tolerance, reach = brick.radius + kUneven;
-    return value > reach ? 1 : value < -reach ? -1 : 0;
-  };
-  std::size_t hits = 0;
-  auto small = a.small.begin();
-  for (const auto& brick : a.bricks) {
-    const std::uint32_t end = brick.first + brick.count;
-    const int all = side(brick);
-    if (all < 0) hits += brick.count;
-    for (; small != a.small.end() && small->first < end; ++small) {
-      if (all != 0) continue;
-      const int some = side(*small);
-      if (some < 0) hits += small->count;
-      for (std::uint32_t i = small->first; some == 0 && i < small->first + small->count; ++i) hits += b.at(a_to_b(a.points[i])) < -tolerance;
     }
   }
   return hits;

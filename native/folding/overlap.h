@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/eight.h"
 #include "common/grid.h"
 #include "segmentation/segmentation.h"
 #include "target/target.h"
@@ -29,6 +30,11 @@ struct Rigid {
 /// The same motion, given in the target frame, in the units of a lattice.
 Rigid in_lattice_units(const Eigen::Isometry3d& motion, const GridShape& shape);
 
+/// Places, each number in an array of its own, so that one instruction takes all eight.
+struct EightPlaces {
+  float x[8], y[8], z[8];
+};
+
 /// Signed distance to one part in object mode, over a box that holds it; negative inside, to a depth of about six steps.
 class PartField {
  public:
@@ -39,6 +45,8 @@ class PartField {
   bool empty() const { return values_.empty(); }
   /// A lower bound of the distance outside the box, the trilinear value within it.
   float at(const Eigen::Vector3f& p) const;
+  /// The same at eight places, which a motion takes to the field. Not for an empty field.
+  void at(const EightPlaces& places, const Rigid& motion, float (&values)[8]) const;
   /// Replaces values near the surface by better ones where these agree on what is inside.
   /// `value(index of a sample of the grid)` is in steps.
   template <class Function>
@@ -49,30 +57,75 @@ class PartField {
   static constexpr int kMargin = 2;  ///< samples around a part's box in its field
 
  private:
+  struct Place {
+    int index;             ///< of its cell's first corner
+    float u, v, w;         ///< within the cell
+    float out2, aside2;    ///< squared distances from the box, and from that of the part's samples
+  };
+  Place place_of(float x, float y, float z) const;
+  static float inner(const Place& place, float c0, float c1, float c2, float c3, float c4, float c5, float c6, float c7);
+  static float outside(const Place& place, float inner);
+
   Eigen::Vector3i low_ = Eigen::Vector3i::Zero(), size_ = Eigen::Vector3i::Zero();
   Eigen::Vector3f first_ = Eigen::Vector3f::Zero(), last_ = Eigen::Vector3f::Zero();  // the box's corners
   std::vector<float> values_;
 };
 
-inline float PartField::at(const Eigen::Vector3f& p) const {
-  if (values_.empty()) return std::numeric_limits<float>::max();
-  const float px = std::min(std::max(p.x(), first_.x()), last_.x()), py = std::min(std::max(p.y(), first_.y()), last_.y()),
-              pz = std::min(std::max(p.z(), first_.z()), last_.z());
+EIGHT_INLINE PartField::Place PartField::place_of(float x, float y, float z) const {
+  const auto within = [](float at, float low, float high) { return std::min(std::max(at, low), high); };
+  const auto square = [](float a, float b, float c) { return a * a + b * b + c * c; };
+  const float px = within(x, first_.x(), last_.x()), py = within(y, first_.y(), last_.y()), pz = within(z, first_.z(), last_.z());
   const float cx = px - first_.x(), cy = py - first_.y(), cz = pz - first_.z();
   const int i = std::min(int(cx), size_.x() - 2), j = std::min(int(cy), size_.y() - 2), k = std::min(int(cz), size_.z() - 2);
-  const float x = cx - float(i), y = cy - float(j), z = cz - float(k);
-  const std::size_t dy = size_.x(), dz = dy * size_.y();
-  const float* v = values_.data() + (std::size_t(k) * dz + std::size_t(j) * dy + i);
-  const auto mix = [](float a, float b, float w) { return a + (b - a) * w; };
-  const float inner = mix(mix(mix(v[0], v[1], x), mix(v[dy], v[dy + 1], x), y),
-                          mix(mix(v[dz], v[dz + 1], x), mix(v[dz + dy], v[dz + dy + 1], x), y), z);
-  const float ox = p.x() - px, oy = p.y() - py, oz = p.z() - pz, out2 = ox * ox + oy * oy + oz * oz;
-  if (out2 <= 0) return inner;
-  // The box is convex and holds the part, so the squared distances to the box and from there to the part add up; the box of the
-  // part's samples alone gives another bound.
-  const Eigen::Vector3f margin = Eigen::Vector3f::Constant(kMargin);
-  const Eigen::Vector3f tight = p.cwiseMax(first_ + margin).cwiseMin(last_ - margin);
-  return std::max(std::sqrt(out2 + inner * inner), (p - tight).norm() - 0.5f);
+  constexpr float kAside = kMargin;
+  return {(k * size_.y() + j) * size_.x() + i, cx - float(i), cy - float(j), cz - float(k), square(x - px, y - py, z - pz),
+          square(x - within(x, first_.x() + kAside, last_.x() - kAside), y - within(y, first_.y() + kAside, last_.y() - kAside),
+                 z - within(z, first_.z() + kAside, last_.z() - kAside))};
+}
+
+/// @param c  the values at the place's eight corners, x running fastest
+EIGHT_INLINE float PartField::inner(const Place& place, float c0, float c1, float c2, float c3, float c4, float c5, float c6, float c7) {
+  const auto mix = [](float a, float b, float weight) { return a + (b - a) * weight; };
+  return mix(mix(mix(c0, c1, place.u), mix(c2, c3, place.u), place.v), mix(mix(c4, c5, place.u), mix(c6, c7, place.u), place.v), place.w);
+}
+
+// The box is convex and holds the part, so the squared distances to the box and from there to the part add up; the box of the
+// part's samples alone gives another bound.
+EIGHT_INLINE float PartField::outside(const Place& place, float inner) {
+  return std::max(std::sqrt(place.out2 + inner * inner), std::sqrt(place.aside2) - 0.5f);
+}
+
+inline float PartField::at(const Eigen::Vector3f& p) const {
+  if (values_.empty()) return std::numeric_limits<float>::max();
+  const Place place = place_of(p.x(), p.y(), p.z());
+  const float* f = values_.data() + place.index;
+  const int dy = size_.x(), dz = dy * size_.y();
+  const float value = inner(place, f[0], f[1], f[dy], f[dy + 1], f[dz], f[dz + 1], f[dz + dy], f[dz + dy + 1]);
+  return place.out2 > 0 ? outside(place, value) : value;
+}
+
+// Loops without branches, which the compiler makes into few instructions for all eight; only the loads from the field are one by one.
+EIGHT_INLINE void PartField::at(const EightPlaces& places, const Rigid& motion, float (&values)[8]) const {
+  const float* t = motion.turn.data();  // column by column
+  const float sx = motion.shift.x(), sy = motion.shift.y(), sz = motion.shift.z();
+  int index[8];
+  float u[8], v[8], w[8], out2[8], aside2[8], c[8][8];
+  for (int n = 0; n < 8; ++n) {
+    const float x = places.x[n], y = places.y[n], z = places.z[n];
+    const Place place = place_of(t[0] * x + t[3] * y + t[6] * z + sx, t[1] * x + t[4] * y + t[7] * z + sy, t[2] * x + t[5] * y + t[8] * z + sz);
+    index[n] = place.index, u[n] = place.u, v[n] = place.v, w[n] = place.w, out2[n] = place.out2, aside2[n] = place.aside2;
+  }
+  const int dy = size_.x(), dz = dy * size_.y();
+  for (int n = 0; n < 8; ++n) {
+    const float* f = values_.data() + index[n];
+    c[0][n] = f[0], c[1][n] = f[1], c[2][n] = f[dy], c[3][n] = f[dy + 1];
+    c[4][n] = f[dz], c[5][n] = f[dz + 1], c[6][n] = f[dz + dy], c[7][n] = f[dz + dy + 1];
+  }
+  for (int n = 0; n < 8; ++n) {
+    const Place place{index[n], u[n], v[n], w[n], out2[n], aside2[n]};
+    const float value = inner(place, c[0][n], c[1][n], c[2][n], c[3][n], c[4][n], c[5][n], c[6][n], c[7][n]), far = outside(place, value);
+    values[n] = place.out2 > 0 ? far : value;
+  }
 }
 
 template <class Function>
@@ -101,9 +154,21 @@ struct PartSamples {
   std::vector<std::uint32_t> index;   ///< of each point, into the grid
   Brick whole;                        ///< all of them
 
+  /// Up to eight balls, the last one again and again where there are fewer.
+  struct EightBalls {
+    EightPlaces centres;
+    float radius[8];
+    std::int32_t count[8];              ///< points of each, 0 of those that are there again
+    std::uint32_t below = 0;            ///< where the first one's own eight are, the others' after it
+  };
+  std::vector<EightBalls> eights[3];       ///< bricks; the small ones of each brick; the points of each small one
+
   PartSamples() = default;
   /// @param stride  along each axis only every so manieth sample is taken
   PartSamples(const std::vector<std::int16_t>& owner, const GridShape& shape, const std::vector<std::size_t>& inside, int bone, int stride = 1);
+
+ private:
+  void make_eights();
 };
 
 /// Part A against part B through the configurations of one move.
