@@ -20,8 +20,8 @@ constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian cou
 constexpr double kEvaluationsAnUnknown = 250, kLargestPopulation = 2;
 constexpr double kWideSigma = 0.07, kCarefulSigma = 0.08, kRestartSigma = 0.15;
 constexpr double kLeastCurvature = 0.1;  // of the mean: a run's first steps are longest along directions that the geometry hardly depends on
-constexpr std::chrono::milliseconds kShown{50};
-constexpr std::ptrdiff_t kTogether = 8;  // runs: few, so that there is soon something to show
+constexpr std::chrono::milliseconds kShown{40};
+constexpr std::ptrdiff_t kTogether = 16; // evaluations a core, at least, that runs do together: few, so that there is soon something to show
 constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
 
 // There are half as many finalists again as solutions are wanted, but no fewer than these; for each so many candidates, and a short run tells which are
@@ -125,8 +125,8 @@ double Search::value_of(const Evaluation& evaluation, const Skeleton& skeleton) 
   return evaluation.terms.total + kFeasibility * evaluation.violation + kPinned * pin_error(skeleton) + kPainted * painted_(skeleton);
 }
 
-void Search::evaluate(std::vector<Candidate>& candidates) {
-  for_each_in_pieces(candidates.size(), 1, [&](std::size_t k) { candidates[k].value = value_of(workers_.local(), candidates[k]); });
+void Search::evaluate(std::vector<Candidate>& candidates, bool watched) {
+  for_each_in_pieces(candidates, 1, watched, [&](Candidate& candidate) { candidate.value = value_of(workers_.local(), candidate); });
 }
 
 Embedding Search::embedding_of(const Eigen::VectorXd& y, const StartPlace& start) {
@@ -197,7 +197,7 @@ void Search::advance_once(std::vector<Run*>& active) {
     const Eigen::MatrixXd& samples = run->cma.ask();
     for (Eigen::Index k = 0; k < samples.cols(); ++k) candidates.push_back({run->origin + run->basis * samples.col(k), run->start});
   }
-  evaluate(candidates);
+  evaluate(candidates, false);
   auto candidate = candidates.begin();
   for (Run* run : active) {
     Eigen::VectorXd values(run->cma.population());
@@ -223,7 +223,7 @@ void Search::show(const Eigen::VectorXd& y, const StartPlace& start) {
   options_.trying(embedding_of(y, start));
 }
 
-void Search::watch(const std::vector<Candidate>& candidates) {
+void Search::watch(std::span<const Candidate> candidates) {
   const Candidate& best = *std::min_element(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.value < b.value; });
   take(best.y, best.start, best.value);
   show(best.y, best.start);
@@ -243,7 +243,8 @@ void Search::advance(std::vector<Run>& runs, long bound) {
     }
     if (active.empty()) return;
     for (auto begin = active.begin(); begin != active.end();) {
-      const auto end = begin + std::min<std::ptrdiff_t>(kTogether, active.end() - begin);
+      const std::ptrdiff_t together = std::max(std::ptrdiff_t(1), kTogether * arena_.max_concurrency() / (*begin)->cma.population());
+      const auto end = begin + std::min(together, active.end() - begin);
       std::vector<Run*> some(begin, end);
       advance_once(some);
       const Run& leader = **std::min_element(some.begin(), some.end(), [](const Run* a, const Run* b) { return a->best_value < b->best_value; });
@@ -329,8 +330,7 @@ Embedding Search::careful(const Embedding& from) {
   StartPlace start;
   const Eigen::VectorXd y = unknowns_.write(from.pose, from.morphology, start);
   std::vector<Candidate> given{{y, start}};
-  evaluate(given);
-  watch(given);
+  evaluate(given, true);
   std::vector<Run> runs{run_from(given[0], kCarefulSigma, 0, 1)};
   runs[0].used = 1;
   advance(runs, options_.evaluations);

@@ -11,6 +11,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "common/progress.h"
@@ -82,12 +83,12 @@ class Search {
   void advance(std::vector<Run>& runs, long bound);
   void advance_once(std::vector<Run*>& active);
   void restart(Run& run);
-  void watch(const std::vector<Candidate>& candidates);
+  void watch(std::span<const Candidate> candidates);
   void show(const Eigen::VectorXd& y, const StartPlace& start);
-  void evaluate(std::vector<Candidate>& candidates);
-  /// Calls f(k) for each k below count on all cores, in pieces, so that a stop is heard soon.
+  void evaluate(std::vector<Candidate>& candidates, bool watched);
+  /// Calls f(candidate) for each on all cores, in pieces, so that a stop is heard soon. When watched, the best of each piece is shown.
   template <class F>
-  void for_each_in_pieces(std::size_t count, long evaluations_each, const F& f);
+  void for_each_in_pieces(std::vector<Candidate>& candidates, long evaluations_each, bool watched, const F& f);
   double value_of(Worker& worker, const Candidate& candidate) const;
   double pin_error(const Skeleton& skeleton) const;
   std::vector<Descent::Wish> wishes() const;
@@ -126,13 +127,14 @@ class Search {
 };
 
 template <class F>
-void Search::for_each_in_pieces(std::size_t count, long evaluations_each, const F& f) {
+void Search::for_each_in_pieces(std::vector<Candidate>& candidates, long evaluations_each, bool watched, const F& f) {
   const auto a_core = std::size_t(std::clamp(16 / evaluations_each, 1L, 8L));  // an evaluation takes a millisecond or two
   const std::size_t piece = a_core * std::size_t(arena_.max_concurrency());
-  for (std::size_t begin = 0; begin < count; begin += piece) {
-    const std::size_t end = std::min(count, begin + piece);
-    arena_.execute([&] { tbb::parallel_for(begin, end, f); });
+  for (std::size_t begin = 0; begin < candidates.size(); begin += piece) {
+    const std::size_t end = std::min(candidates.size(), begin + piece);
+    arena_.execute([&] { tbb::parallel_for(begin, end, [&](std::size_t k) { f(candidates[k]); }); });
     evaluations_ += long(end - begin) * evaluations_each;
+    if (watched) watch(std::span(candidates).subspan(begin, end - begin));
     tick();
   }
 }
