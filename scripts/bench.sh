@@ -24,4 +24,9 @@ for bench in "${benches[@]}"; do
   "$build/tests/bench/$bench" --benchmark_out="$results/$bench.json" --benchmark_out_format=json
 done
 "$python" tests/bench/cma_vs_pycma.py "$build/tests/bench/cma_counts" --json "$results/cma.json"
+if command -v blender > /dev/null; then  # with the module that scripts/setup.sh built
+  blender -b blend_examples/egg_human.blend --factory-startup --python-exit-code 1 --python tests/bench/live_search.py -- --json "$results/live.json"
+else
+  echo "bench: there is no blender on PATH, so the search that is watched is NOT measured" >&2
+fi
 "$python" tests/bench/write_table.py "$results" docs/performance.md

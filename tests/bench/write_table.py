@@ -124,6 +124,13 @@ def cma_table(path):
             *table(["function", "dimension", "population", "ours", "pycma", "ratio"], rows)]
 
 
+def live_table(path):
+    rows = [[r["search"], number(r["poses_a_second"]), number(r["longest_pause_ms"]), ", ".join(number(a) for a in r["answers_ms"]),
+             ", ".join(str(s) for s in r["stopped_after"]), f"{r['load']:.1f}"] for r in json.loads(path.read_text())]
+    head = ["search", "poses a second", "longest pause, ms", "from the request to end to the answer, ms", "asked after, s", "load average"]
+    return ["### A search that is watched", "", *table(head, rows)]
+
+
 def cpu_name():
     try:
         lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
@@ -141,8 +148,9 @@ def measured(folder):
     for name, write in tables.items():
         results = load(sorted(folder.glob(f"{name}*.json")))  # of part runs (--benchmark_filter) too
         lines += [*(write(results) if results else [f"### {name}", "", "Not measured."]), ""]
-    cma = folder / "cma.json"
-    return lines + (cma_table(cma) if cma.exists() else ["### CMA-ES", "", "Not measured."])
+    cma, live = folder / "cma.json", folder / "live.json"
+    lines += cma_table(cma) if cma.exists() else ["### CMA-ES", "", "Not measured."]
+    return lines + ["", *(live_table(live) if live.exists() else ["### A search that is watched", "", "Not measured."])]
 
 
 def main():
