@@ -22,7 +22,7 @@ constexpr double kWideSigma = 0.07, kCarefulSigma = 0.08, kRestartSigma = 0.15;
 constexpr double kLeastCurvature = 0.1;  // of the mean: a run's first steps are longest along directions that the geometry hardly depends on
 constexpr std::chrono::milliseconds kShown{40};
 constexpr std::ptrdiff_t kTogether = 16; // evaluations a core, at least, that runs do together: few, so that there is soon something to show
-constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
+constexpr long kLeastGenerations = 4;    // that a restart must have left
 
 // There are half as many finalists again as solutions are wanted, but no fewer than these; for each so many candidates, and a short run tells which are
 // good. A larger population has longer runs.
@@ -176,7 +176,10 @@ std::vector<Search::Run> Search::started(const std::vector<Candidate>& candidate
 
 Search::Run Search::run_from(const Candidate& candidate, double sigma, int population, std::uint64_t stream) const {
   const Eigen::Index n = unknowns_.count();
-  return {optimiser(sigma, population, stream), candidate.start, candidate.y, Eigen::MatrixXd::Identity(n, n), stream, 0, 0, candidate.y, candidate.value, {}};
+  Run run{optimiser(sigma, population, stream), candidate.start, candidate.y, Eigen::MatrixXd::Identity(n, n), stream, BipopRestarts(population, stream), 0, 0,
+          candidate.y, candidate.value, {}};
+  run.restarts.next();  // is this one
+  return run;
 }
 
 void Search::take(const Eigen::VectorXd& y, const StartPlace& start, double value) {
@@ -185,10 +188,14 @@ void Search::take(const Eigen::VectorXd& y, const StartPlace& start, double valu
   if (best_so_far_) best_so_far_(embedding_of(y, start));
 }
 
-void Search::restart(Run& run) {
-  ++run.restarts;
+/// A run that has converged goes on from its best, by BIPOP's rule.
+void Search::restart_when_over(Run& run) const {
+  if (run.cma.stop() == CmaEs::Stop::kNone && (run.limit == 0 || run.cma.evaluations() < run.limit)) return;
+  run.restarts.finished(run.cma.evaluations());
+  const BipopRestarts::Run next = run.restarts.next();
   run.origin = run.best;
-  run.cma = optimiser(kRestartSigma, 2 * run.cma.population(), 7919 * std::uint64_t(run.restarts) + run.stream);
+  run.limit = next.evaluations;
+  run.cma = optimiser(kRestartSigma * next.sigma_factor, next.population, 7919 * std::uint64_t(run.used) + run.stream);
 }
 
 void Search::advance_once(std::vector<Run*>& active) {
@@ -229,17 +236,14 @@ void Search::watch(std::span<const Candidate> candidates) {
   show(best.y, best.start);
 }
 
-/// All runs together, generation by generation, until each has converged or used `bound` evaluations.
+/// All runs together, generation by generation, until each has used `bound` evaluations, or has too few left for another restart.
 void Search::advance(std::vector<Run>& runs, long bound) {
   for (;;) {
     std::vector<Run*> active;
     for (Run& run : runs) {
-      if (run.used > 0 && run.used + run.cma.population() > bound) continue;
-      if (run.cma.stop() != CmaEs::Stop::kNone) {
-        if (run.restarts == kRestarts || run.used + 4 * run.cma.population() > bound) continue;
-        restart(run);
-      }
-      active.push_back(&run);
+      restart_when_over(run);
+      const long wanted = (run.cma.generation() == 0 ? kLeastGenerations : 1) * run.cma.population();
+      if (run.used == 0 || run.used + wanted <= bound) active.push_back(&run);
     }
     if (active.empty()) return;
     for (auto begin = active.begin(); begin != active.end();) {
@@ -331,7 +335,7 @@ Embedding Search::careful(const Embedding& from) {
   const Eigen::VectorXd y = unknowns_.write(from.pose, from.morphology, start);
   std::vector<Candidate> given{{y, start}};
   evaluate(given, true);
-  std::vector<Run> runs{run_from(given[0], kCarefulSigma, 0, 1)};
+  std::vector<Run> runs{run_from(given[0], kCarefulSigma, CmaEs::default_population(unknowns_.count()), 1)};
   runs[0].used = 1;
   advance(runs, options_.evaluations);
   return embedding_of(runs[0].best, runs[0].start);

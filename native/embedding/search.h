@@ -21,6 +21,7 @@
 #include "embedding/embedding.h"
 #include "embedding/evaluator.h"
 #include "embedding/painted.h"
+#include "embedding/restarts.h"
 #include "embedding/unknowns.h"
 
 namespace transformables {
@@ -61,8 +62,9 @@ class Search {
     Eigen::VectorXd origin;
     Eigen::MatrixXd basis;
     std::uint64_t stream = 0;  ///< of its random numbers
+    BipopRestarts restarts;
+    long limit = 0;            ///< evaluations until the next restart; 0: none
     long used = 0;             ///< evaluations of this run and those before its restarts
-    int restarts = 0;
     Eigen::VectorXd best = {};
     double best_value = std::numeric_limits<double>::infinity();
     Partition partition = {};  ///< of its best, when it was last asked for
@@ -82,7 +84,7 @@ class Search {
   std::vector<Run> started(const std::vector<Candidate>& candidates);
   void advance(std::vector<Run>& runs, long bound);
   void advance_once(std::vector<Run*>& active);
-  void restart(Run& run);
+  void restart_when_over(Run& run) const;
   void watch(std::span<const Candidate> candidates);
   void show(const Eigen::VectorXd& y, const StartPlace& start);
   void evaluate(std::vector<Candidate>& candidates, bool watched);
