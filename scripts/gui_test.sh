@@ -19,4 +19,4 @@ if [ -n "${TRANSFORMABLES_SCREENSHOTS:-}" ]; then
 fi
 DISPLAY=":$number" LIBGL_ALWAYS_SOFTWARE=1 PYTHONDONTWRITEBYTECODE=1 timeout 1500 \
   blender --factory-startup --window-geometry 0 0 1000 760 --no-window-focus --enable-event-simulate \
-  --python tests/gui/test_design.py -- "$@"
+  --python tests/gui/run.py -- "$@"

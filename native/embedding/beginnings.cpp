@@ -30,7 +30,7 @@ std::vector<Search::Candidate> Search::screened(std::size_t count) {
     for (Eigen::Index i = unknowns_.root_count(); i < candidate.y.size(); ++i) candidate.y[i] = random.uniform(-kWithin, kWithin);
     tried.push_back(std::move(candidate));
   }
-  evaluate(tried);
+  evaluate(tried, true);
   std::vector<Candidate> best;
   for (auto begin = tried.begin(); begin != tried.end(); begin += kPosesTried)
     best.push_back(*std::min_element(begin, begin + kPosesTried, [](const Candidate& a, const Candidate& b) { return a.value < b.value; }));
@@ -71,8 +71,7 @@ void Search::descend(Candidate& candidate, int steps) {
 }
 
 void Search::descend(std::vector<Candidate>& candidates, int steps) {
-  for_each_in_pieces(candidates.size(), steps, [&](std::size_t k) { descend(candidates[k], steps); });
-  watch(candidates);
+  for_each_in_pieces(candidates, steps, true, [&](Candidate& candidate) { descend(candidate, steps); });
 }
 
 /// A limb anew, or another's, or a little of everything.

@@ -2,7 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -32,99 +31,7 @@ std::size_t history_length(int n, int population, long generation) {
   return std::size_t(std::clamp(0.2 * double(generation), least, 20000.0));
 }
 
-/// Writes numbers of every kind as doubles; a Reader of the same calls gets them back.
-struct Writer {
-  std::vector<double> out;
-  static constexpr bool kReads = false;
-  void operator()(double& v) { out.push_back(v); }
-};
-
-struct Reader {
-  const std::vector<double>& in;
-  std::size_t at = 0;
-  static constexpr bool kReads = true;
-  void operator()(double& v) {
-    if (at >= in.size()) throw InvalidInput("saved optimiser state is cut short: start the search anew");
-    v = in[at++];
-  }
-};
-
-template <class Archive, class Integer>
-void whole(Archive& archive, Integer& value) {
-  double v = double(value);
-  archive(v);
-  value = Integer(v);
-}
-
-template <class Archive>
-void bits(Archive& archive, std::uint64_t& value) {  // as two halves: a double holds 53 bits
-  double high = double(value >> 32), low = double(value & 0xffffffffu);
-  archive(high);
-  archive(low);
-  value = (std::uint64_t(high) << 32) | std::uint64_t(low);
-}
-
-template <class Archive, class Matrix>
-void matrix(Archive& archive, Matrix& m) {
-  Eigen::Index rows = m.rows(), cols = m.cols();
-  whole(archive, rows);
-  whole(archive, cols);
-  if (rows < 0 || cols < 0 || rows > 100000 || cols > 100000)
-    throw InvalidInput("saved optimiser state is damaged: start the search anew");
-  m.resize(rows, cols);
-  for (Eigen::Index i = 0; i < m.size(); ++i) archive(m.data()[i]);
-}
-
-template <class Archive>
-void history(Archive& archive, std::deque<double>& h) {
-  std::size_t size = h.size();
-  whole(archive, size);
-  if (size > 100000) throw InvalidInput("saved optimiser state is damaged: start the search anew");
-  h.resize(size);
-  for (double& v : h) archive(v);
-}
-
 }  // namespace
-
-Random::Random(std::uint64_t seed) {
-  for (auto& word : state) {  // splitmix64, which the generator's authors advise for seeding
-    seed += 0x9e3779b97f4a7c15u;
-    std::uint64_t z = seed;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    word = z ^ (z >> 31);
-  }
-}
-
-std::uint64_t Random::bits() {
-  const std::uint64_t result = std::rotl(state[1] * 5, 7) * 9, shifted = state[1] << 17;
-  state[2] ^= state[0];
-  state[3] ^= state[1];
-  state[1] ^= state[2];
-  state[0] ^= state[3];
-  state[2] ^= shifted;
-  state[3] = std::rotl(state[3], 45);
-  return result;
-}
-
-double Random::uniform() { return double(bits() >> 11) * 0x1.0p-53; }
-
-double Random::normal() {
-  if (has_spare) {
-    has_spare = false;
-    return spare;
-  }
-  double u, v, s;
-  do {
-    u = uniform(-1, 1);
-    v = uniform(-1, 1);
-    s = u * u + v * v;
-  } while (s >= 1 || s == 0);
-  const double factor = std::sqrt(-2 * std::log(s) / s);
-  spare = v * factor;
-  has_spare = true;
-  return u * factor;
-}
 
 double BoundTransform::operator()(double y) const {
   return 0.5 * (low + high) + 0.5 * (high - low) * std::sin(kHalfPi * y);
@@ -281,85 +188,6 @@ CmaEs::Stop CmaEs::check(const Eigen::VectorXd& sorted_values) const {
   const bool full = double(best_history_.size()) >= 120 + 30.0 * dimension() / population_ - 1;
   if (full && no_better(best_history_) && no_better(median_history_)) return Stop::kStagnation;
   return Stop::kNone;
-}
-
-template <class Archive>
-void CmaEs::visit(Archive& archive) {
-  whole(archive, population_);
-  bits(archive, options_.seed);
-  whole(archive, options_.population);
-  whole(archive, options_.active);
-  whole(archive, options_.diagonal);
-  archive(options_.tol_fun);
-  archive(options_.tol_x);
-  archive(options_.largest_condition);
-  for (Eigen::VectorXd* v : {&mean_, &path_sigma_, &path_c_, &axis_lengths_, &best_}) matrix(archive, *v);
-  for (Eigen::MatrixXd* m : {&covariance_, &axes_, &samples_, &steps_}) matrix(archive, *m);
-  for (double* v : {&sigma_, &first_sigma_, &best_value_, &random_.spare}) archive(*v);
-  whole(archive, generation_);
-  whole(archive, decomposed_at_);
-  for (auto& word : random_.state) bits(archive, word);
-  whole(archive, random_.has_spare);
-  whole(archive, asked_);
-  history(archive, best_history_);
-  history(archive, median_history_);
-  int stop = int(stop_);
-  whole(archive, stop);
-  stop_ = Stop(stop);
-}
-
-std::vector<double> CmaEs::save() const {
-  Writer writer;
-  CmaEs copy = *this;
-  copy.visit(writer);
-  return std::move(writer.out);
-}
-
-CmaEs CmaEs::restored(const std::vector<double>& saved) {
-  Reader reader{saved};
-  CmaEs result;
-  result.visit(reader);
-  const Eigen::Index n = result.mean_.size();
-  if (reader.at != saved.size() || n == 0 || result.population_ < 4 || result.covariance_.rows() != n ||
-      result.samples_.cols() != result.population_)
-    throw InvalidInput("saved optimiser state is damaged: start the search anew");
-  result.set_constants();
-  return result;
-}
-
-std::string_view name(CmaEs::Stop stop) {
-  switch (stop) {
-    case CmaEs::Stop::kNone: return "running";
-    case CmaEs::Stop::kTolFun: return "values no longer differ";
-    case CmaEs::Stop::kTolX: return "steps became short";
-    case CmaEs::Stop::kCondition: return "badly conditioned";
-    case CmaEs::Stop::kStagnation: return "no progress";
-    case CmaEs::Stop::kDiverged: return "diverged";
-  }
-  return "";
-}
-
-BipopRestarts::BipopRestarts(int dimension, std::uint64_t seed)
-    : default_population_(CmaEs::default_population(dimension)), large_population_(default_population_), random_(seed) {}
-
-BipopRestarts::Run BipopRestarts::next() {
-  if (first_) {
-    first_ = false;
-    return {default_population_, 1, 0};
-  }
-  last_was_large_ = used_large_ <= used_small_;
-  if (last_was_large_) {
-    large_population_ *= 2;
-    return {large_population_, 1, 0};
-  }
-  const double u = random_.uniform(), ratio = 0.5 * large_population_ / default_population_;
-  const int small = std::max(4, int(default_population_ * std::pow(ratio, u * u)));
-  return {small, std::pow(10.0, -2 * random_.uniform()), std::max(1L, last_large_ / 2)};
-}
-
-void BipopRestarts::finished(long evaluations) {
-  (last_was_large_ ? used_large_ : used_small_) += evaluations;
-  if (last_was_large_) last_large_ = evaluations;
 }
 
 }  // namespace transformables

@@ -4,27 +4,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <deque>
-#include <string_view>
 #include <vector>
 
+#include "embedding/random.h"
+
 namespace transformables {
-
-/// Random numbers that are the same on every machine and compiler (xoshiro256**, by Blackman and Vigna).
-class Random {
- public:
-  explicit Random(std::uint64_t seed = 0);
-  std::uint64_t bits();
-  double uniform();                            ///< in [0, 1)
-  double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  double normal();                             ///< mean 0, variance 1 (polar method)
-
-  std::array<std::uint64_t, 4> state{};
-  double spare = 0;                            ///< the polar method makes two at a time
-  bool has_spare = false;
-};
 
 /// Maps all of R onto [low, high], smoothly and one to one where |y| <= 1; beyond it runs back and forth. So a search
 /// may step anywhere and every value it meets is a true one: a penalty could fake convergence.
@@ -105,28 +91,6 @@ class CmaEs {
   double best_value_ = 0;
   std::deque<double> best_history_, median_history_;
   Stop stop_ = Stop::kNone;
-};
-
-std::string_view name(CmaEs::Stop stop);
-
-/// When to restart, and how big (BIPOP, Hansen 2009): populations that double take turns with small ones of random size and step, each
-/// regime getting about the same number of evaluations. For whoever has a single start: the search for poses (search.h) has many instead.
-class BipopRestarts {
- public:
-  struct Run {
-    int population = 0;
-    double sigma_factor = 1;                   ///< of the first sigma
-    long evaluations = 0;                      ///< bound for this run; 0: none
-  };
-  BipopRestarts(int dimension, std::uint64_t seed);
-  Run next();
-  void finished(long evaluations);             ///< what the run that `next` gave has used
-
- private:
-  int default_population_ = 0, large_population_ = 0;
-  long used_small_ = 0, used_large_ = 0, last_large_ = 0;
-  bool first_ = true, last_was_large_ = true;
-  Random random_;
 };
 
 }  // namespace transformables

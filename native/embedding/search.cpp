@@ -20,9 +20,9 @@ constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian cou
 constexpr double kEvaluationsAnUnknown = 250, kLargestPopulation = 2;
 constexpr double kWideSigma = 0.07, kCarefulSigma = 0.08, kRestartSigma = 0.15;
 constexpr double kLeastCurvature = 0.1;  // of the mean: a run's first steps are longest along directions that the geometry hardly depends on
-constexpr std::chrono::milliseconds kShown{50};
-constexpr std::ptrdiff_t kTogether = 8;  // runs: few, so that there is soon something to show
-constexpr int kRestarts = 2;             // of a run that converged before its bound, with twice the population each
+constexpr std::chrono::milliseconds kShown{40};
+constexpr std::ptrdiff_t kTogether = 16; // evaluations a core, at least, that runs do together: few, so that there is soon something to show
+constexpr long kLeastGenerations = 4;    // that a restart must have left
 
 // There are half as many finalists again as solutions are wanted, but no fewer than these; for each so many candidates, and a short run tells which are
 // good. A larger population has longer runs.
@@ -125,8 +125,8 @@ double Search::value_of(const Evaluation& evaluation, const Skeleton& skeleton) 
   return evaluation.terms.total + kFeasibility * evaluation.violation + kPinned * pin_error(skeleton) + kPainted * painted_(skeleton);
 }
 
-void Search::evaluate(std::vector<Candidate>& candidates) {
-  for_each_in_pieces(candidates.size(), 1, [&](std::size_t k) { candidates[k].value = value_of(workers_.local(), candidates[k]); });
+void Search::evaluate(std::vector<Candidate>& candidates, bool watched) {
+  for_each_in_pieces(candidates, 1, watched, [&](Candidate& candidate) { candidate.value = value_of(workers_.local(), candidate); });
 }
 
 Embedding Search::embedding_of(const Eigen::VectorXd& y, const StartPlace& start) {
@@ -176,7 +176,10 @@ std::vector<Search::Run> Search::started(const std::vector<Candidate>& candidate
 
 Search::Run Search::run_from(const Candidate& candidate, double sigma, int population, std::uint64_t stream) const {
   const Eigen::Index n = unknowns_.count();
-  return {optimiser(sigma, population, stream), candidate.start, candidate.y, Eigen::MatrixXd::Identity(n, n), stream, 0, 0, candidate.y, candidate.value, {}};
+  Run run{optimiser(sigma, population, stream), candidate.start, candidate.y, Eigen::MatrixXd::Identity(n, n), stream, BipopRestarts(population, stream), 0, 0,
+          candidate.y, candidate.value, {}};
+  run.restarts.next();  // is this one
+  return run;
 }
 
 void Search::take(const Eigen::VectorXd& y, const StartPlace& start, double value) {
@@ -185,10 +188,14 @@ void Search::take(const Eigen::VectorXd& y, const StartPlace& start, double valu
   if (best_so_far_) best_so_far_(embedding_of(y, start));
 }
 
-void Search::restart(Run& run) {
-  ++run.restarts;
+/// A run that has converged goes on from its best, by BIPOP's rule.
+void Search::restart_when_over(Run& run) const {
+  if (run.cma.stop() == CmaEs::Stop::kNone && (run.limit == 0 || run.cma.evaluations() < run.limit)) return;
+  run.restarts.finished(run.cma.evaluations());
+  const BipopRestarts::Run next = run.restarts.next();
   run.origin = run.best;
-  run.cma = optimiser(kRestartSigma, 2 * run.cma.population(), 7919 * std::uint64_t(run.restarts) + run.stream);
+  run.limit = next.evaluations;
+  run.cma = optimiser(kRestartSigma * next.sigma_factor, next.population, 7919 * std::uint64_t(run.used) + run.stream);
 }
 
 void Search::advance_once(std::vector<Run*>& active) {
@@ -197,7 +204,7 @@ void Search::advance_once(std::vector<Run*>& active) {
     const Eigen::MatrixXd& samples = run->cma.ask();
     for (Eigen::Index k = 0; k < samples.cols(); ++k) candidates.push_back({run->origin + run->basis * samples.col(k), run->start});
   }
-  evaluate(candidates);
+  evaluate(candidates, false);
   auto candidate = candidates.begin();
   for (Run* run : active) {
     Eigen::VectorXd values(run->cma.population());
@@ -223,27 +230,25 @@ void Search::show(const Eigen::VectorXd& y, const StartPlace& start) {
   options_.trying(embedding_of(y, start));
 }
 
-void Search::watch(const std::vector<Candidate>& candidates) {
+void Search::watch(std::span<const Candidate> candidates) {
   const Candidate& best = *std::min_element(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.value < b.value; });
   take(best.y, best.start, best.value);
   show(best.y, best.start);
 }
 
-/// All runs together, generation by generation, until each has converged or used `bound` evaluations.
+/// All runs together, generation by generation, until each has used `bound` evaluations, or has too few left for another restart.
 void Search::advance(std::vector<Run>& runs, long bound) {
   for (;;) {
     std::vector<Run*> active;
     for (Run& run : runs) {
-      if (run.used > 0 && run.used + run.cma.population() > bound) continue;
-      if (run.cma.stop() != CmaEs::Stop::kNone) {
-        if (run.restarts == kRestarts || run.used + 4 * run.cma.population() > bound) continue;
-        restart(run);
-      }
-      active.push_back(&run);
+      restart_when_over(run);
+      const long wanted = (run.cma.generation() == 0 ? kLeastGenerations : 1) * run.cma.population();
+      if (run.used == 0 || run.used + wanted <= bound) active.push_back(&run);
     }
     if (active.empty()) return;
     for (auto begin = active.begin(); begin != active.end();) {
-      const auto end = begin + std::min<std::ptrdiff_t>(kTogether, active.end() - begin);
+      const std::ptrdiff_t together = std::max(std::ptrdiff_t(1), kTogether * arena_.max_concurrency() / (*begin)->cma.population());
+      const auto end = begin + std::min(together, active.end() - begin);
       std::vector<Run*> some(begin, end);
       advance_once(some);
       const Run& leader = **std::min_element(some.begin(), some.end(), [](const Run* a, const Run* b) { return a->best_value < b->best_value; });
@@ -329,9 +334,8 @@ Embedding Search::careful(const Embedding& from) {
   StartPlace start;
   const Eigen::VectorXd y = unknowns_.write(from.pose, from.morphology, start);
   std::vector<Candidate> given{{y, start}};
-  evaluate(given);
-  watch(given);
-  std::vector<Run> runs{run_from(given[0], kCarefulSigma, 0, 1)};
+  evaluate(given, true);
+  std::vector<Run> runs{run_from(given[0], kCarefulSigma, CmaEs::default_population(unknowns_.count()), 1)};
   runs[0].used = 1;
   advance(runs, options_.evaluations);
   return embedding_of(runs[0].best, runs[0].start);

@@ -11,6 +11,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "common/progress.h"
@@ -20,6 +21,7 @@
 #include "embedding/embedding.h"
 #include "embedding/evaluator.h"
 #include "embedding/painted.h"
+#include "embedding/restarts.h"
 #include "embedding/unknowns.h"
 
 namespace transformables {
@@ -60,8 +62,9 @@ class Search {
     Eigen::VectorXd origin;
     Eigen::MatrixXd basis;
     std::uint64_t stream = 0;  ///< of its random numbers
+    BipopRestarts restarts;
+    long limit = 0;            ///< evaluations until the next restart; 0: none
     long used = 0;             ///< evaluations of this run and those before its restarts
-    int restarts = 0;
     Eigen::VectorXd best = {};
     double best_value = std::numeric_limits<double>::infinity();
     Partition partition = {};  ///< of its best, when it was last asked for
@@ -81,13 +84,13 @@ class Search {
   std::vector<Run> started(const std::vector<Candidate>& candidates);
   void advance(std::vector<Run>& runs, long bound);
   void advance_once(std::vector<Run*>& active);
-  void restart(Run& run);
-  void watch(const std::vector<Candidate>& candidates);
+  void restart_when_over(Run& run) const;
+  void watch(std::span<const Candidate> candidates);
   void show(const Eigen::VectorXd& y, const StartPlace& start);
-  void evaluate(std::vector<Candidate>& candidates);
-  /// Calls f(k) for each k below count on all cores, in pieces, so that a stop is heard soon.
+  void evaluate(std::vector<Candidate>& candidates, bool watched);
+  /// Calls f(candidate) for each on all cores, in pieces, so that a stop is heard soon. When watched, the best of each piece is shown.
   template <class F>
-  void for_each_in_pieces(std::size_t count, long evaluations_each, const F& f);
+  void for_each_in_pieces(std::vector<Candidate>& candidates, long evaluations_each, bool watched, const F& f);
   double value_of(Worker& worker, const Candidate& candidate) const;
   double pin_error(const Skeleton& skeleton) const;
   std::vector<Descent::Wish> wishes() const;
@@ -126,13 +129,14 @@ class Search {
 };
 
 template <class F>
-void Search::for_each_in_pieces(std::size_t count, long evaluations_each, const F& f) {
+void Search::for_each_in_pieces(std::vector<Candidate>& candidates, long evaluations_each, bool watched, const F& f) {
   const auto a_core = std::size_t(std::clamp(16 / evaluations_each, 1L, 8L));  // an evaluation takes a millisecond or two
   const std::size_t piece = a_core * std::size_t(arena_.max_concurrency());
-  for (std::size_t begin = 0; begin < count; begin += piece) {
-    const std::size_t end = std::min(count, begin + piece);
-    arena_.execute([&] { tbb::parallel_for(begin, end, f); });
+  for (std::size_t begin = 0; begin < candidates.size(); begin += piece) {
+    const std::size_t end = std::min(candidates.size(), begin + piece);
+    arena_.execute([&] { tbb::parallel_for(begin, end, [&](std::size_t k) { f(candidates[k]); }); });
     evaluations_ += long(end - begin) * evaluations_each;
+    if (watched) watch(std::span(candidates).subspan(begin, end - begin));
     tick();
   }
 }

@@ -6,34 +6,15 @@
 #include <algorithm>
 #include <limits>
 
-#include "finishing/motion.h"
+#include "finishing/along_path.h"
 #include "finishing/sweep.h"
 #include "finishing/topology.h"
 
 namespace transformables::finishing {
 namespace {
 
-constexpr double kWindow = 0.6;     ///< steps: at least one sample is as near to any surface
-constexpr double kAround = 0.025;     ///< target units about a place that is carved again: reaches the next one that is told (pair_proof.cpp)
+constexpr double kAround = 0.025;   ///< target units about a place that is carved again: reaches the next one that is told (pair_proof.cpp)
 constexpr double kNoise = 0.05;     ///< steps by which two first-order distances may seem to fall short of a gap
-
-/// How near the two parts come: at a place between them, the sum of its distances to both. Places further from one
-/// of them than half a step beyond the middle of the gap tell nothing that a nearer one does not tell better.
-struct Nearest {
-  float gap = std::numeric_limits<float>::max();
-  std::int32_t where = 0;
-};
-
-double window_of(const Lattice& lattice, double gap) { return gap / 2 + kWindow * lattice.step(); }
-
-Nearest nearest(const PartField& part, const Bricks& bricks, const Swept& swept, double window_width) {
-  Nearest best;
-  const float window = float(window_width);
-  for (std::size_t n = 0; n < swept.least.size(); ++n)
-    if (const float own = part.bound(bricks.samples[n]); swept.least[n] < window && own < window && own + swept.least[n] < best.gap)
-      best = {own + swept.least[n], swept.where[n]};
-  return best;
-}
 
 /// Flags of a part's samples around some places.
 std::vector<char> mask_around(const PartField& part, const std::vector<Eigen::Vector3d>& places) {
@@ -187,24 +168,6 @@ class PairCarver {
   const Manner manner_;
 };
 
-/// Pairs that can come near each other in a move, in order.
-std::vector<std::pair<int, int>> near_pairs(const MoveMotion& motion, const std::vector<PartField>& parts, double reach) {
-  const int count = int(parts.size());
-  std::vector<char> near(std::size_t(count) * count, 0);
-  tbb::parallel_for(0, count * count, [&](int n) {
-    const int i = n / count, j = n % count;
-    // The smaller one's ball is the tighter one.
-    if (i < j)
-      near[n] = parts[i].shape().count() < parts[j].shape().count()
-                    ? PairConfigurations::can_meet(motion, parts[i], parts[j], reach)
-                    : PairConfigurations::can_meet(motion, parts[j], parts[i], reach);
-  });
-  std::vector<std::pair<int, int>> pairs;
-  for (int n = 0; n < count * count; ++n)
-    if (near[n]) pairs.emplace_back(n / count, n % count);
-  return pairs;
-}
-
 /// Calls f(pair) for all pairs as if one after the other: those that share no part go on at the same time.
 template <class F>
 void for_each_in_turn(const std::vector<std::pair<int, int>>& pairs, std::size_t parts, F&& f) {
@@ -217,32 +180,6 @@ void for_each_in_turn(const std::vector<std::pair<int, int>>& pairs, std::size_t
     free_from[std::size_t(a)] = free_from[std::size_t(b)] = round + 1;
   }
   for (const auto& round : rounds) tbb::parallel_for(std::size_t(0), round.size(), [&](std::size_t n) { f(round[n]); });
-}
-
-std::vector<Bricks> all_bricks(const std::vector<PartField>& parts, double reach) {
-  std::vector<Bricks> bricks(parts.size());
-  tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t n) { bricks[n] = bricks_of(parts[n], reach); });
-  return bricks;
-}
-
-/// Calls f(move index, its motion, pairs that can meet) along the path.
-template <class F>
-void for_each_move(const Scene& scene, const std::vector<PartField>& parts, double reach, const Progress& progress, const char* note, F&& f) {
-  const auto states = states_of(scene.path, scene.embedding.pose.angles);
-  for (std::size_t m = 0; m < scene.path.moves.size(); ++m) {
-    progress(double(m) / scene.path.moves.size(), note);
-    const MoveMotion motion(scene.character, scene.embedding, scene.segmentation, scene.path.moves[m], states[m], parts,
-                            scene.options, scene.lattice.cover);
-    f(m, motion, near_pairs(motion, parts, reach));
-  }
-}
-
-double overlap_at(const PartField& a, const PartField& b, const PairConfigurations& configurations, int where, const Lattice& lattice) {
-  std::size_t count = 0;
-  const GridShape& s = a.shape();
-  for (std::size_t n = 0; n < s.count(); ++n)
-    if (a.psi[n] < 0 && value_at(b, configurations(where, s.cell(n).cast<float>())) < 0) ++count;
-  return double(count) * lattice.sample_volume();
 }
 
 }  // namespace
@@ -281,29 +218,6 @@ std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::v
     });
   });
   return std::move(losses.changed);
-}
-
-Measured measure(const Scene& scene, const std::vector<PartField>& parts, const Progress& progress) {
-  const double gap = scene.lattice.gap, reach = reach_of(scene.lattice, gap);
-  const std::vector<Bricks> bricks = all_bricks(parts, reach);
-  Measured measured{{}, reach};
-  for_each_move(scene, parts, reach, progress, "measuring the finished parts", [&](std::size_t m, const MoveMotion& motion, const auto& pairs) {
-    for (const auto& [i, j] : pairs) {
-      const bool swap = parts[j].shape().count() < parts[i].shape().count();
-      const PartField &a = parts[swap ? j : i], &b = parts[swap ? i : j];
-      const Bricks& of_a = bricks[swap ? j : i];
-      const PairConfigurations configurations(motion, a, b);
-      const Nearest found = nearest(a, of_a, sweep(a, of_a, b, configurations, scene.lattice.cover, reach), window_of(scene.lattice, gap));
-      measured.least_gap = std::min(measured.least_gap, double(found.gap));
-      if (found.gap >= 0) continue;
-      measured.collisions.push_back({std::min(a.bone, b.bone), std::max(a.bone, b.bone), m, double(found.where) / motion.last(),
-                                     overlap_at(a, b, configurations, found.where, scene.lattice)});
-    }
-  });
-  measured.least_gap -= scene.lattice.cover;
-  std::stable_sort(measured.collisions.begin(), measured.collisions.end(),
-                   [](const Collision& a, const Collision& b) { return a.volume > b.volume; });
-  return measured;
 }
 
 }  // namespace transformables::finishing

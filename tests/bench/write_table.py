@@ -124,6 +124,21 @@ def cma_table(path):
             *table(["function", "dimension", "population", "ours", "pycma", "ratio"], rows)]
 
 
+def live_table(path):
+    rows = [[r["search"], number(r["poses_a_second"]), number(r["longest_pause_ms"]), ", ".join(number(a) for a in r["answers_ms"]),
+             ", ".join(str(s) for s in r["stopped_after"]), f"{r['load']:.1f}"] for r in json.loads(path.read_text())]
+    head = ["search", "poses a second", "longest pause, ms", "from the request to end to the answer, ms", "asked after, s", "load average"]
+    return ["### A search that is watched", "", *table(head, rows)]
+
+
+def explore_table(path):
+    r = json.loads(path.read_text())
+    row = [r["pair"], str(r["wanted"]), f"{r['found']} ({r['sound']} sound)", number(r["least_difference_pct"]), number(r["best"]), number(r["last"]), number(r["seconds"]),
+           number(r["cpu_seconds"]), f"{r['load']:.1f} on {r['cores']} cores"]
+    head = ["pair", "wanted", "found", "least difference of any two, % of voxels", "best objective", "last", "wall time, s", "processor time, s", "load average"]
+    return ["### Explore", "", *table(head, [row])]
+
+
 def cpu_name():
     try:
         lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
@@ -141,8 +156,10 @@ def measured(folder):
     for name, write in tables.items():
         results = load(sorted(folder.glob(f"{name}*.json")))  # of part runs (--benchmark_filter) too
         lines += [*(write(results) if results else [f"### {name}", "", "Not measured."]), ""]
-    cma = folder / "cma.json"
-    return lines + (cma_table(cma) if cma.exists() else ["### CMA-ES", "", "Not measured."])
+    for name, title, write in (("cma", "CMA-ES", cma_table), ("live", "A search that is watched", live_table), ("explore", "Explore", explore_table)):
+        path = folder / f"{name}.json"
+        lines += [*(write(path) if path.exists() else [f"### {title}", "", "Not measured."]), ""]
+    return lines[:-1]
 
 
 def main():

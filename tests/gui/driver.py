@@ -11,6 +11,7 @@ import traceback
 
 import bpy
 
+HERE = os.path.dirname(os.path.abspath(__file__))
 SETTLE = 0.1  # seconds after an event; drawing in software takes the longer part by itself
 
 

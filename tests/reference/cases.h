@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "character/character.h"
-#include "embedding/cma_es.h"
+#include "embedding/random.h"
 #include "embedding/embedding.h"
 #include "target/target.h"
 

@@ -5,20 +5,14 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <queue>
 #include <utility>
+
+#include "reference/laid_out.h"
 
 namespace transformables::reference {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
-
-// A pose laid out: each bone's segments in the target's frame.
-struct Objective::Posed {
-  std::vector<std::vector<Segment>> segments;
-  std::vector<Vector3d> heads;
-  std::vector<Vector3d> axes;   ///< of each hinge, unit
-};
 
 // Where a child's voxel touches its parent's part.
 struct Objective::Interface {
@@ -30,8 +24,6 @@ struct Objective::Interface {
 namespace {
 
 constexpr double kPaperStep = 0.01;
-constexpr double kThinnest = 0.87;      // voxels: the least radius that a capsule is drawn with
-constexpr double kBisector = 0.1;       // of how far a point lies past a bone's end: breaks ties about a joint
 constexpr double kJointRadii = 2.5;
 constexpr double kNeighbourhood = 2.5;  // voxels: interface points so near to one another make its plane
 constexpr double kPlain = 1e-6;         // so much of the squared spread of points: less, and they make no plane, but a line, a point or a ball
@@ -39,13 +31,6 @@ constexpr double kOneSided = 1e-9;      // voxels: less, and points have the par
 constexpr int kAround = 6;
 
 double positive(double x) { return std::max(x, 0.0); }
-
-/// Distance to a segment plus a little of how far the point lies past its end.
-double with_overshoot(const Segment& s, const Vector3d& p) {
-  const Vector3d along = s.b - s.a;
-  const double length = along.norm(), t = length > 0 ? (p - s.a).dot(along) / length : 0;
-  return distance(s, p) + kBisector * std::abs(t - std::clamp(t, 0.0, length));
-}
 
 double to_bone(const std::vector<Segment>& segments, const Vector3d& p) {
   double least = std::numeric_limits<double>::infinity();
@@ -117,17 +102,6 @@ void for_capsule_samples(const Segment& s, int stations, double radius, const st
   visit(s.b + radius * d);
 }
 
-template <class Visit>
-void for_around(const GridShape& shape, std::size_t voxel, int reach, const Visit& visit) {
-  const Vector3i c = shape.cell(voxel);
-  for (int z = -reach; z <= reach; ++z)
-    for (int y = -reach; y <= reach; ++y)
-      for (int x = -reach; x <= reach; ++x) {
-        const Vector3i n = c + Vector3i(x, y, z);
-        if ((x || y || z) && shape.contains(n)) visit(shape.index(n), std::abs(x) + std::abs(y) + std::abs(z));
-      }
-}
-
 }  // namespace
 
 Objective::Objective(const Character& character, const Target& target, const ObjectiveWeights& weights, const ObjectiveOptions& options)
@@ -174,82 +148,6 @@ Objective::Posed Objective::posed(const Pose& pose, const Morphology& morphology
     }
   }
   return result;
-}
-
-// Voxels whose centre is within a capsule. Of two bones, that whose axis is nearer keeps the voxel.
-std::vector<Flooded> Objective::seeds(const Posed& posed) const {
-  std::vector<Flooded> flooded(shape_.count());
-  double largest = 0;
-  for (const Bone& bone : character_.bones) largest = std::max(largest, bone.radius);
-  for (std::size_t b = 0; b < character_.bones.size(); ++b) {
-    const double radius = std::max(character_.bones[b].radius, kThinnest * shape_.step);
-    for (const Segment& s : posed.segments[b]) {
-      const Vector3d reach = Vector3d::Constant(radius + shape_.step);
-      const Vector3i low = shape_.nearest(s.a.cwiseMin(s.b) - reach).cwiseMax(0);
-      const Vector3i high = shape_.nearest(s.a.cwiseMax(s.b) + reach).cwiseMin((shape_.size.array() - 1).matrix());
-      for (int z = low.z(); z <= high.z(); ++z)
-        for (int y = low.y(); y <= high.y(); ++y)
-          for (int x = low.x(); x <= high.x(); ++x) {
-            const std::size_t v = shape_.index(x, y, z);
-            const Vector3d p = shape_.position(v);
-            if (!inside_[v] || distance(s, p) > radius) continue;
-            const double start = (with_overshoot(s, p) + largest - character_.bones[b].radius) / shape_.step;
-            const auto units = std::int32_t(32 * start + 0.5);
-            if (flooded[v].bone < 0 || units < flooded[v].distance) flooded[v] = {std::int16_t(b), units};
-          }
-    }
-  }
-  return flooded;
-}
-
-std::vector<Flooded> Objective::flood(const Pose& pose, const Morphology& morphology) const {
-  std::vector<Flooded> flooded = seeds(posed(pose, morphology));
-  if (options_.flood == FloodKind::kBreadthFirst) by_fronts(flooded);
-  else by_shortest_way(flooded);
-  return flooded;
-}
-
-// The paper's: the front moves on by one voxel at a time, to all neighbours, and takes the bone along.
-void Objective::by_fronts(std::vector<Flooded>& flooded) const {
-  std::vector<std::size_t> front, next;
-  for (const std::size_t v : voxels_)
-    if (flooded[v].bone >= 0) {
-      flooded[v].distance = 0;
-      front.push_back(v);
-    }
-  while (!front.empty()) {
-    next.clear();
-    for (const std::size_t v : front)
-      for_around(shape_, v, 1, [&](std::size_t n, int) {
-        if (!inside_[n] || flooded[n].bone >= 0) return;
-        flooded[n] = {flooded[v].bone, flooded[v].distance + 1};
-        next.push_back(n);
-      });
-    front.swap(next);
-  }
-}
-
-// Dijkstra: the bone with the least start + way; of equal ones the lower bone.
-void Objective::by_shortest_way(std::vector<Flooded>& flooded) const {
-  constexpr std::int32_t kCost[4] = {0, 32, 45, 55};
-  using Entry = std::pair<std::pair<std::int32_t, std::int16_t>, std::size_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  std::vector<char> done(shape_.count(), 0);
-  for (const std::size_t v : voxels_)
-    if (flooded[v].bone >= 0) open.push({{flooded[v].distance, flooded[v].bone}, v});
-  while (!open.empty()) {
-    const auto [key, v] = open.top();
-    open.pop();
-    if (done[v]) continue;
-    done[v] = 1;
-    for_around(shape_, v, 1, [&, at = key](std::size_t n, int axes) {
-      if (!inside_[n] || done[n]) return;
-      const auto offer = std::pair(at.first + kCost[axes], at.second);
-      if (flooded[n].bone >= 0 && std::pair(flooded[n].distance, flooded[n].bone) <= offer) return;
-      flooded[n] = {offer.second, offer.first};
-      open.push({offer, n});
-    });
-  }
 }
 
 ObjectiveTerms Objective::terms(const Pose& pose, const Morphology& morphology, const std::vector<Flooded>& flooded) const {
@@ -402,59 +300,6 @@ double Objective::protrude(const Posed& posed) const {
     }
   }
   return sum / double(count);
-}
-
-// Not in the paper: what share of the voxels is in the way of the joints when they all open at once, or those nearer the root ahead.
-double Objective::unfold(const Pose& pose, const Morphology& morphology, const std::vector<Flooded>& flooded) const {
-  return std::min(in_the_way(pose, morphology, flooded, false), in_the_way(pose, morphology, flooded, true));
-}
-
-std::vector<std::size_t> Objective::unfolded() const {
-  if (options_.unfolded == 0) return voxels_;
-  std::vector<std::size_t> chosen;
-  const Vector3i size = high_ - low_ + Vector3i::Ones();
-  for (long k = 1; int(chosen.size()) < options_.unfolded; ++k) {
-    Vector3i c;
-    for (int d = 0; d < 3; ++d) {
-      const double place = double(k) * std::pow(1.2207440846057596, -1 - d);  // the root of x^4 = x + 1
-      c[d] = low_[d] + int((place - std::floor(place)) * size[d]);
-    }
-    if (inside_[shape_.index(c)]) chosen.push_back(shape_.index(c));
-  }
-  return chosen;
-}
-
-// A voxel goes along with the bone it belongs to, and is in the way once it is where another bone's voxel has gone, that bone having more.
-double Objective::in_the_way(const Pose& pose, const Morphology& morphology, const std::vector<Flooded>& flooded, bool staggered) const {
-  const auto folded = forward_kinematics(character_, pose, morphology);
-  const int n = int(folded.size()), steps = staggered ? 6 : 5;
-  std::vector<int> depth;
-  for (const Bone& bone : character_.bones) depth.push_back(bone.parent < 0 ? 0 : depth[std::size_t(bone.parent)] + 1);
-  const int deepest = *std::max_element(depth.begin(), depth.end());
-  const std::vector<std::size_t> moved = unfolded();
-  std::vector<int> has(std::size_t(n), 0);
-  for (const std::size_t v : moved)
-    if (flooded[v].bone >= 0) ++has[std::size_t(flooded[v].bone)];
-  std::vector<char> hit(moved.size(), 0);
-  for (int k = 1; k <= steps; ++k) {
-    Pose now = pose;
-    for (int b = 0; b < n; ++b)
-      for (std::size_t h = 0; h < character_.bones[std::size_t(b)].hinges.size(); ++h) {
-        const double done = double(k) / steps;
-        const double opened = staggered ? std::clamp(2 * done - double(depth[std::size_t(b)] - 1) / deepest, 0.0, 1.0) : done;
-        now.angles[character_.bones[std::size_t(b)].first_angle + Eigen::Index(h)] *= 1 - opened;
-      }
-    const auto frames = forward_kinematics(character_, now, morphology);
-    for (std::size_t i = 0; i < moved.size(); ++i)
-      for (int a = flooded[moved[i]].bone, b = 0; a >= 0 && b < n; ++b) {
-        const auto mine = std::pair(has[std::size_t(a)], -a), other = std::pair(has[std::size_t(b)], -b);
-        if (a == b || hit[i] || mine > other) continue;
-        const Eigen::Isometry3d into = folded[std::size_t(b)] * frames[std::size_t(b)].inverse() * frames[std::size_t(a)] * folded[std::size_t(a)].inverse();
-        const Vector3i cell = shape_.nearest(into * shape_.position(moved[i]));
-        hit[i] = shape_.contains(cell) && flooded[shape_.index(cell)].bone == b;
-      }
-  }
-  return double(std::count(hit.begin(), hit.end(), 1)) / double(moved.size());
 }
 
 }  // namespace transformables::reference

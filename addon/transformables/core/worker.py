@@ -19,7 +19,7 @@ from core import messages, pipeline  # noqa: E402  (the path is set for a proces
 from core.options import UserError  # noqa: E402
 
 PROGRESS_SECONDS = 1 / 20  # between events of one kind, at least
-POSE_SECONDS = 1 / 15
+POSE_SECONDS = 1 / 30
 LISTEN_SECONDS = 1 / 100
 READ_BYTES = 1 << 20
 

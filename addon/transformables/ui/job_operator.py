@@ -14,6 +14,7 @@ from ..core.options import DesignOptions, UserError
 from . import overlays, preferences, results, session, settings, steering
 
 POLL_SECONDS = 0.05
+ANSWER_SECONDS = 0.08  # a search that is ended answers much sooner, but for a very busy machine
 
 
 def options_of(scene):
@@ -92,9 +93,19 @@ class JobOperator:
             return {"CANCELLED"}  # ended from outside: a file was loaded, or the add-on is being disabled
         if event.type == "ESC" and event.value == "PRESS":
             session.ask_to_end(self._running)
-        elif event.type != "TIMER":
+            return self._answer(context) or {"PASS_THROUGH"}
+        if event.type != "TIMER":
             return {"PASS_THROUGH"}
         return self._step(context) or {"PASS_THROUGH"}
+
+    def _answer(self, context):
+        """The outcome, once the job was asked to end, waited for a moment: by the timer it would come after a redraw or two, which may take longer."""
+        until = time.monotonic() + ANSWER_SECONDS
+        while True:
+            outcome, left = self._step(context), until - time.monotonic()
+            if outcome or left <= 0:
+                return outcome
+            self._running.job.wait(min(left, POLL_SECONDS))
 
     def cancel(self, context):
         """Blender calls this when it ends the operator itself, as when the window closes."""

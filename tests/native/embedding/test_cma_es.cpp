@@ -1,5 +1,6 @@
 // Room embedding: the optimiser on the standard functions.
 #include "cases.h"
+#include "embedding/restarts.h"
 
 namespace transformables {
 namespace {
@@ -54,7 +55,7 @@ TEST(CmaEs, ThatLearnsVariancesAloneIsFarSoonerWhereUnknownsDoNotGoTogether) {
 }
 
 TEST(CmaEs, WithBipopRestartsFindsTheBestOfManyMinima) {
-  BipopRestarts restarts(5, 7);
+  BipopRestarts restarts(CmaEs::default_population(5), 7);
   Random random(7);
   double best = 1e9;
   long used = 0;
@@ -77,6 +78,36 @@ TEST(CmaEs, WithBipopRestartsFindsTheBestOfManyMinima) {
     restarts.finished(cma.evaluations());
   }
   EXPECT_LT(best, 1e-8);
+}
+
+TEST(BipopRestarts, DoubleTheirLargePopulationsAndGiveSmallOnesAsManyEvaluations) {
+  BipopRestarts restarts(10, 3);
+  EXPECT_EQ(restarts.next().population, 10);
+  restarts.finished(1000);
+  long large = 1000, small = 0, last_large = 1000;
+  int population = 10;
+  for (int run = 0; run < 40; ++run) {
+    const BipopRestarts::Run next = restarts.next();
+    if (next.evaluations == 0) {
+      population *= 2;
+      EXPECT_EQ(next.population, population);
+      EXPECT_EQ(next.sigma_factor, 1);
+      last_large = 100L * next.population;
+      large += last_large;
+      restarts.finished(last_large);
+    } else {
+      EXPECT_GE(next.population, 4);
+      EXPECT_LE(next.population, std::max(10, population / 2));
+      EXPECT_GE(next.sigma_factor, 0.01);
+      EXPECT_LE(next.sigma_factor, 1);
+      EXPECT_EQ(next.evaluations, last_large / 2);
+      small += next.evaluations;
+      restarts.finished(next.evaluations);
+    }
+    EXPECT_LE(small, large + last_large);
+    EXPECT_LE(large, small + last_large + 1000);
+  }
+  EXPECT_GT(population, 100);
 }
 
 TEST(CmaEs, GoesOnFromASavedStateExactlyAsItWouldHave) {

@@ -101,6 +101,22 @@ TEST(Embed, FromAGivenPoseItEndsNoWorseAndTellsEachBetterOneInTheCallersThread) 
   EXPECT_LE(end.evaluations, 400);
 }
 
+TEST(Embed, FromAGivenPoseItGoesOnUntilItsBudgetIsUsedThoughItConvergesLongBefore) {
+  const Target target = box_target({0.25, 0.2, 0.15}, 24);
+  const Character character = chain(3, 0.12, 0.018);
+  Embedding start;
+  start.pose = pose_at(character, {0, -0.18, 0});
+  start.morphology = unscaled(character);
+  EmbeddingOptions options;
+  options.proportions = false;
+  options.symmetry = Symmetry::kOff;
+  options.evaluations = 4000;
+  options.pinned = {{0, start.pose.root}};  // leaves two angles
+  const Embedding end = embed(character, target, options, {}, start);
+  EXPECT_GT(end.evaluations, 3500);
+  EXPECT_LE(end.evaluations, 4000);
+}
+
 TEST(Embed, ShowsWhereItIsWithoutBeingChangedByIt) {
   const Target target = box_target({0.25, 0.2, 0.15}, 24);
   const Character character = armed();
