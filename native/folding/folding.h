@@ -103,7 +103,8 @@ struct Folding {
 };
 
 /// Plans and transfers in turn, as each makes room for the other, `rounds` times at most; the best that was met. Where all joints opening
-/// together, in one move, leaves less to carve, it is that.
+/// together, in one move, or the paper's greedy order (Eq. 11) leaves less to carve, it is that. `carving_after` is never more than the
+/// greedy order leaves to carve on the segmentation as it was given, each bone having its skeleton.
 /// @throws InvalidInput, Cancelled
 Folding fold(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
              const FoldingOptions& options, const Progress& progress);
