@@ -120,7 +120,7 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
   for (Folding* other : {&greedy, &together})
     if (other->carving_after < best.carving_after) best = std::move(*other);
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-  arena.execute([&] {
+  if (options.round_off) arena.execute([&] {
     folding::smooth(best, design, options, std::min(most, best.carving_before));
     folding::round_off(best, design, options, most);
   });

@@ -55,6 +55,7 @@ struct FoldingOptions {
   int beam_width = 24;              ///< plan(): states kept for each number of open joints
   int expansions = 3000;            ///< plan(): moves tried in all, at most; bounds the time without a clock
   int rounds = 5;                   ///< fold(): of planning and transfer
+  bool round_off = true;            ///< fold(): smooths and rounds interfaces at the end; how much carving takes hardly depends on it
   double seconds = 0;               ///< plan(), fold(): after that long the best so far is taken, which then depends on the machine; 0: no limit
 };
 

@@ -87,6 +87,18 @@ TEST(Fold, OpensAllJointsTogetherWhereNoneCanGoFirst) {
   EXPECT_LT(result.carving_after, by_order.colliding_after);
 }
 
+TEST(Fold, WithoutRoundingTellsAsMuchOfCarvingAndIsATilingToo) {
+  for (const Made& m : {slab_in_the_way(), two_boxes(-kQuarter)}) {
+    FoldingOptions rough;
+    rough.round_off = false;
+    const Folding whole = fold(m.segmentation, m.character, m.target, m.embedding, {}, {}), result = fold(m.segmentation, m.character, m.target, m.embedding, rough, {});
+    EXPECT_TRUE(std::equal(whole.path.moves.begin(), whole.path.moves.end(), result.path.moves.begin(), result.path.moves.end(),
+                           [](const Move& a, const Move& b) { return a.turns.size() == b.turns.size(); }));
+    EXPECT_NEAR(result.carving_after, whole.carving_after, 0.01 * m.target.volume);
+    for (std::size_t s = 0; s < m.segmentation.owner.size(); ++s) EXPECT_EQ(result.segmentation.owner[s] >= 0, m.target.distance[s] < 0);
+  }
+}
+
 TEST(Fold, GivesTheSameResultForOneAndTwoThreads) {
   const Made m = slab_in_the_way();
   FoldingOptions one, two;
