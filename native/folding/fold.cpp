@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kWorthARound = 0.05;  // of what collides, that a round must mend for another to follow
 constexpr double kWorthLooks = 0.003;  // of the target: smoothing may cost that much carving
+constexpr double kHopeful = 1.5;       // times what the best path leaves: a path whose parts leave more when they grow anew won't be better in another way
 
 /// All joints at once, in one move.
 FoldPath straight_path(const Eigen::VectorXd& folded_angles) {
@@ -31,9 +32,9 @@ FoldPath straight_path(const Eigen::VectorXd& folded_angles) {
 }
 
 /// A path with the parts made to go with it, or as they are where that loses less.
-Folding along(FoldPath path, const Design& design, const FoldingOptions& options, const Progress& progress) {
+Folding along(FoldPath path, const Design& design, const FoldingOptions& options, const Progress& progress, const TransferWays& ways = {}) {
   TransferAlongResult result;
-  Segmentation changed = transferred_along(design, path, options, progress, result);
+  Segmentation changed = transferred_along(design, path, options, progress, result, ways);
   return {std::move(path), std::move(changed), result.colliding_before, result.colliding_after, std::move(result.yielding)};
 }
 
@@ -45,13 +46,15 @@ Folding in_turns(const Design& design, const FoldPath& start, const FoldingOptio
   again.expansions = options.expansions / 2;
   FoldPath path = unmeasured_plan(design, options, progress, &start);
   bool cut_short = path.cut_short;
+  TransferWays later;   // parts that made room already change little
+  later.patience.resize(1);
   Segmentation current = design.segmentation;
   Folding best;
   for (int round = 0; round < options.rounds; ++round) {
     const Progress part{[&](double fraction, std::string_view note) {
       return !progress.tell || progress.tell((round + fraction) / options.rounds, note);
     }};
-    Folding next = along(path, {design.character, current, design.target, design.embedding}, options, part);
+    Folding next = along(path, {design.character, current, design.target, design.embedding}, options, part, round > 0 ? later : TransferWays{});
     const bool slow = next.carving_after > (1 - kWorthARound) * next.carving_before;
     current = next.segmentation;
     if (round > 0) next.carving_before = best.carving_before;
@@ -107,16 +110,18 @@ Folding fold(const Segmentation& segmentation, const Character& character, const
   if (options.rounds < 1) throw InvalidInput("folding: rounds must be at least 1");
   const folding::Design given{character, segmentation, target, embedding};
   folding::check(given, options);
-  const Progress beginning{[&](double, std::string_view note) { return !progress.tell || progress.tell(0, note); }};
+  const auto at = [&](double place) { return Progress{[&, place](double, std::string_view note) { return !progress.tell || progress.tell(place, note); }}; };
   const Segmentation claimed = folding::with_skeletons(given);
   const folding::Design design{character, claimed, target, embedding};
   FoldingOptions paper = options;
   paper.cost = MoveCost::kNetOverlap;
-  Folding greedy = folding::along(folding::unmeasured_greedy(design, paper, beginning), design, options, beginning);
-  const double most = greedy.carving_before;   // all that is done below, too, may cost no more
-  Folding best = folding::in_turns(design, greedy.path, options, progress);
+  const FoldPath first = folding::unmeasured_greedy(design, paper, at(0));
+  Folding best = folding::in_turns(design, first, options, progress);
   const bool cut_short = best.path.cut_short;
-  Folding together = folding::along(folding::straight_path(embedding.pose.angles), design, options, beginning);
+  const folding::TransferWays ways{.worth = folding::kHopeful * best.carving_after};
+  Folding greedy = folding::along(first, design, options, at(1), ways);
+  Folding together = folding::along(folding::straight_path(embedding.pose.angles), design, options, at(1), ways);
+  const double most = greedy.carving_before;   // what is done below may cost no more, either
   for (Folding* other : {&greedy, &together})
     if (other->carving_after < best.carving_after) best = std::move(*other);
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);

@@ -7,6 +7,7 @@
 #include "cases.h"
 #include "folding/carve_estimate.h"
 #include "folding/cores.h"
+#include "folding/transfer_along.h"
 
 namespace transformables {
 namespace {
@@ -73,6 +74,26 @@ TEST(Fold, NeverLeavesMoreToCarveThanThePapersGreedyOrderOnTheSameParts) {
     better += ours < greedy;
   }
   EXPECT_GT(better, 4) << "where greedy needs nothing, nothing is shown";
+}
+
+TEST(TransferWays, LeaveHardlyMoreThanTheBetterOfThemAndOnlyTheFirstWhereThatIsNotWorthIt) {
+  int freer = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const Made m = limbs_at_random(seed);
+    const folding::Design design{m.character, m.segmentation, m.target, m.embedding};
+    const FoldPath path = greedy(m);
+    const auto left = [&](const folding::TransferWays& ways) {
+      TransferAlongResult result;
+      folding::transferred_along(design, path, {}, {}, result, ways);
+      return result.colliding_after;
+    };
+    const double both = left({}), first = left({.patience = {3}}), second = left({.patience = {0}});
+    EXPECT_LE(both, std::min(first, second) / 0.97 + 1e-12) << "seed " << seed;
+    EXPECT_LE(both, first);
+    EXPECT_EQ(left({.worth = 0}), first);
+    freer += both < first;
+  }
+  EXPECT_GT(freer, 0);
 }
 
 TEST(Fold, OpensAllJointsTogetherWhereNoneCanGoFirst) {
