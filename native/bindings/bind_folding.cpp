@@ -60,11 +60,12 @@ void bind_folding(py::module_& m) {
   m.def(
       "fold",
       [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding, int rounds,
-         int expansions, double seconds, int threads, const py::object& progress) {
+         int expansions, double seconds, bool round_off, int threads, const py::object& progress) {
         FoldingOptions options;
         options.rounds = rounds;
         options.expansions = expansions;
         options.seconds = seconds;
+        options.round_off = round_off;
         options.threads = threads;
         const Progress tell = progress_from(progress);
         py::gil_scoped_release release;
@@ -72,11 +73,9 @@ void bind_folding(py::module_& m) {
       },
       py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(),
       py::arg("rounds") = FoldingOptions{}.rounds, py::arg("expansions") = FoldingOptions{}.expansions, py::arg("seconds") = FoldingOptions{}.seconds,
-      py::arg("threads") = 0,
-      py::arg("progress") = py::none(),
+      py::arg("round_off") = FoldingOptions{}.round_off, py::arg("threads") = 0, py::arg("progress") = py::none(),
       "The order in which the joints unfold, and the segmentation made to go with it; rounds and expansions bound the search, seconds "
-      "cut it short. Raises "
-      "InvalidInput, Cancelled.");
+      "cut it short; without round_off interfaces stay rough, which is enough to compare poses. Raises InvalidInput, Cancelled.");
 
   m.def(
       "plan_greedy",

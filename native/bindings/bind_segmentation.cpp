@@ -126,9 +126,10 @@ void bind_segmentation(py::module_& m) {
   m.def(
       "transfer",
       [](const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
-         const std::variant<std::string, FoldPath>& ranges, const std::string& method, const std::map<int, std::string>& direction_of, int threads,
-         const py::object& progress) {
+         const std::variant<std::string, FoldPath>& ranges, const std::string& method, const std::map<int, std::string>& direction_of, bool round_off,
+         int threads, const py::object& progress) {
         TransferOptions options;
+        options.round_off = round_off;
         options.threads = threads;
         options.method = method_from(method);
         std::map<int, TransferDirection> directions;
@@ -141,9 +142,10 @@ void bind_segmentation(py::module_& m) {
                                  options, directions, tell);
       },
       py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(), py::arg("ranges") = "straight",
-      py::arg("method") = "auto", py::arg("direction_of") = std::map<int, std::string>{}, py::arg("threads") = 0, py::arg("progress") = py::none(),
+      py::arg("method") = "auto", py::arg("direction_of") = std::map<int, std::string>{}, py::arg("round_off") = TransferOptions{}.round_off, py::arg("threads") = 0,
+      py::arg("progress") = py::none(),
       "Mesh transfer at every joint (Eqs. 8 to 11), over the path's ranges or, without one, from the folded angle to rest. method: 'auto' (the better), 'cylinder' or "
-      "'exact'; direction_of: 'to_parent' or 'to_child' by the joint's child, else whichever moves less. Raises InvalidInput, Cancelled.");
+      "'exact'; direction_of: 'to_parent' or 'to_child' by the joint's child, else whichever moves less; without round_off interfaces stay rough. Raises InvalidInput, Cancelled.");
 
   py::class_<Edit>(m, "Edit").def_readonly("bone", &Edit::bone).def_readonly("name", &Edit::name);
   m.def("make_edit", &edit_from, py::arg("target"), py::kw_only(), py::arg("kind"), py::arg("bone") = "", py::arg("other") = "",

@@ -55,6 +55,7 @@ struct FoldingOptions {
   int beam_width = 24;              ///< plan(): states kept for each number of open joints
   int expansions = 3000;            ///< plan(): moves tried in all, at most; bounds the time without a clock
   int rounds = 5;                   ///< fold(): of planning and transfer
+  bool round_off = true;            ///< fold(): smooths and rounds interfaces at the end; how much carving takes hardly depends on it
   double seconds = 0;               ///< plan(), fold(): after that long the best so far is taken, which then depends on the machine; 0: no limit
 };
 
@@ -103,7 +104,8 @@ struct Folding {
 };
 
 /// Plans and transfers in turn, as each makes room for the other, `rounds` times at most; the best that was met. Where all joints opening
-/// together, in one move, leaves less to carve, it is that.
+/// together, in one move, or the paper's greedy order (Eq. 11) leaves less to carve, it is that. `carving_after` is never more than the
+/// greedy order leaves to carve on the segmentation as it was given, each bone having its skeleton.
 /// @throws InvalidInput, Cancelled
 Folding fold(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
              const FoldingOptions& options, const Progress& progress);

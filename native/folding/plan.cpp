@@ -279,12 +279,16 @@ FoldPath unmeasured_plan(const Design& design, const FoldingOptions& options, co
   return planned(design, options, progress, start, &Planner::searched);
 }
 
+FoldPath unmeasured_greedy(const Design& design, const FoldingOptions& options, const Progress& progress) {
+  return planned(design, options, progress, nullptr, &Planner::greedy);
+}
+
 }  // namespace folding
 
 FoldPath plan_greedy(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
                      const FoldingOptions& options, const Progress& progress) {
   const folding::Design design{character, segmentation, target, embedding};
-  return folding::measured_on(folding::planned(design, options, progress, nullptr, &folding::Planner::greedy), design, options);
+  return folding::measured_on(folding::unmeasured_greedy(design, options, progress), design, options);
 }
 
 FoldPath plan(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,

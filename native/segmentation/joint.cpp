@@ -122,19 +122,52 @@ std::vector<Joint> joints_of(const Character& character, const Embedding& embedd
   return joints;
 }
 
-bool is_in(const Segmentation& segmentation, const Target& target, int bone, const Eigen::Vector3d& p) {
-  const float own = value_at(segmentation.phi[bone], p);
-  const float step = float(segmentation.shape.step);
-  if (own > step || value_at(target.distance, p) >= 0) return false;
+std::vector<char> bones_of(const std::vector<Joint>& joints, std::size_t bones) {
+  std::vector<char> flags(bones, 0);
+  for (const Joint& joint : joints) flags[std::size_t(joint.child)] = flags[std::size_t(joint.parent)] = 1;
+  return flags;
+}
+
+Membership::Membership(const Segmentation& segmentation, const Target& target) : segmentation_(segmentation), target_(target) {
+  for (const Grid<float>& phi : segmentation.phi) {
+    const Eigen::Vector3i low = phi.values.empty() ? segmentation.shape.size : segmentation.shape.nearest(phi.shape.origin);
+    boxes_.push_back({low, low + phi.shape.size});
+  }
+}
+
+// Trilinear in the cell that begins at a sample; far outside of the box.
+float Membership::read(const Grid<float>& grid, const Box& box, const Eigen::Vector3i& cell, const Eigen::Vector3f& t) const {
+  const Eigen::Vector3i c = cell - box.low;
+  if ((c.array() < 0).any() || (cell.array() + 1 >= box.end.array()).any()) return 1e9f;
+  const std::size_t dy = std::size_t(grid.shape.size.x()), dz = dy * std::size_t(grid.shape.size.y());
+  const float* v = grid.values.data() + grid.shape.index(c);
+  const auto mix = [](float a, float b, float w) { return a + (b - a) * w; };
+  return mix(mix(mix(v[0], v[1], t.x()), mix(v[dy], v[dy + 1], t.x()), t.y()), mix(mix(v[dz], v[dz + 1], t.x()), mix(v[dz + dy], v[dz + dy + 1], t.x()), t.y()), t.z());
+}
+
+bool Membership::is_in(int bone, const Eigen::Vector3d& p) const {
+  const GridShape& shape = segmentation_.shape;
+  const Eigen::Vector3d q = (p - shape.origin) / shape.step;
+  if ((q.array() < 0).any() || (q.array() >= shape.size.cast<double>().array() - 1).any()) return false;
+  const Eigen::Vector3i cell = q.cast<int>();
+  const std::size_t first = shape.index(cell), dy = std::size_t(shape.size.x()), dz = dy * std::size_t(shape.size.y());
+  const std::int16_t* owner = segmentation_.owner.data() + first;
+  bool same = true;
+  for (const std::size_t k : {std::size_t(1), dy, dy + 1, dz, dz + 1, dz + dy, dz + dy + 1}) same = same && owner[k] == owner[0];
+  if (same) return owner[0] == bone;
+  const Eigen::Vector3f t = (q - cell.cast<double>()).cast<float>();
+  const float own = read(segmentation_.phi[std::size_t(bone)], boxes_[std::size_t(bone)], cell, t), step = float(shape.step);
+  if (own > step || read(target_.distance, {Eigen::Vector3i::Zero(), shape.size}, cell, t) >= 0) return false;
   if (own < -2 * step) return true;   // farther from its interface than the samples about it
-  for (int b = 0; b < int(segmentation.phi.size()); ++b)
-    if (b != bone && value_at(segmentation.phi[b], p) <= own) return false;
+  for (std::size_t b = 0; b < boxes_.size(); ++b)
+    if (b != std::size_t(bone) && read(segmentation_.phi[b], boxes_[b], cell, t) <= own) return false;
   return true;
 }
 
 Collisions collisions(const Segmentation& segmentation, const Target& target, const Joint& joint, bool finer) {
   const GridShape& shape = segmentation.shape;
   const Cells child(segmentation, joint.child), parent(segmentation, joint.parent);
+  const Membership parts(segmentation, target);
   std::vector<std::size_t> part;
   for (std::size_t i : target.inside)
     if (finer ? child.may_be_near(shape.position(i)) : segmentation.owner[i] == joint.child) part.push_back(i);
@@ -146,8 +179,8 @@ Collisions collisions(const Segmentation& segmentation, const Target& target, co
       if (parent.may_be_near(motion * at)) near.push_back(&motion);
     for (int n = 0; !near.empty() && n < (finer ? 8 : 1); ++n) {
       const Eigen::Vector3d p = finer ? at + 0.25 * shape.step * Eigen::Vector3d(n & 1 ? 1 : -1, n & 2 ? 1 : -1, n & 4 ? 1 : -1) : at;
-      if (finer && !is_in(segmentation, target, joint.child, p)) continue;
-      const auto times = std::count_if(near.begin(), near.end(), [&](const auto* motion) { return is_in(segmentation, target, joint.parent, *motion * p); });
+      if (finer && !parts.is_in(joint.child, p)) continue;
+      const auto times = std::count_if(near.begin(), near.end(), [&](const auto* motion) { return parts.is_in(joint.parent, *motion * p); });
       if (times > 0) found[k].points.push_back(p), found[k].times.push_back(int(times));
     }
   });

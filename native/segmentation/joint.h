@@ -35,6 +35,9 @@ struct Joint {
 /// The joints that have ranges, leaves first.
 std::vector<Joint> joints_of(const Character& character, const Embedding& embedding, const std::vector<JointRange>& ranges, int samples);
 
+/// Flags of the bones that take part in some joints.
+std::vector<char> bones_of(const std::vector<Joint>& joints, std::size_t bones);
+
 /// Points of the child's part that lie in the parent's part in some of the motions.
 struct Collisions {
   std::vector<Eigen::Vector3d> points;   ///< folded, target frame
@@ -45,8 +48,25 @@ struct Collisions {
 /// @param finer  points stand half a step apart, none on a sample: for level sets that differ by fractions of a step. Else every sample is one
 Collisions collisions(const Segmentation& segmentation, const Target& target, const Joint& joint, bool finer);
 
-/// Whether a point is in a part: in the target, with no other level set as low.
-bool is_in(const Segmentation& segmentation, const Target& target, int bone, const Eigen::Vector3d& p);
+/// Tells whether points are in parts, as long as the boxes of the level sets stay what they are; refers to both.
+class Membership {
+ public:
+  Membership(const Segmentation& segmentation, const Target& target);
+
+  /// In the target, with no other level set as low. Among samples of one part alone, whose level set is negative there and no other's is,
+  /// only owners are looked at.
+  bool is_in(int bone, const Eigen::Vector3d& p) const;
+
+ private:
+  struct Box {
+    Eigen::Vector3i low, end;   // of the samples, in the target's grid
+  };
+  float read(const Grid<float>& grid, const Box& box, const Eigen::Vector3i& cell, const Eigen::Vector3f& t) const;
+
+  const Segmentation& segmentation_;
+  const Target& target_;
+  std::vector<Box> boxes_;
+};
 
 /// The same mean when only owners are known (a candidate): a sample counts when it is well inside the other part.
 double collisions_by_owner(const std::vector<std::int16_t>& owner, const Target& target, const Joint& joint);

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "segmentation/lattice.h"
-#include "segmentation/tiling.h"
 
 namespace transformables::segmentation_inner {
 namespace {
@@ -40,8 +39,9 @@ Corners corners_of(const GridShape& shape, const Eigen::Vector3d& p) {
 
 class Layers {
  public:
-  Layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Joint& joint)
-      : s_(segmentation), target_(target), skeleton_(skeleton), joint_(joint), step_(segmentation.shape.step) {}
+  /// @param held  flags of the samples that stay (beside_pinned)
+  Layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Joint& joint, const std::vector<char>& held)
+      : s_(segmentation), target_(target), skeleton_(skeleton), joint_(joint), held_(held), parts_(segmentation, target), step_(segmentation.shape.step) {}
 
   bool are_there() const { return !s_.phi[joint_.child].values.empty() && !s_.phi[joint_.parent].values.empty(); }
 
@@ -66,6 +66,8 @@ class Layers {
   const Target& target_;
   const Skeleton& skeleton_;
   const Joint& joint_;
+  const std::vector<char>& held_;
+  const Membership parts_;
   double step_;
 };
 
@@ -80,7 +82,7 @@ bool Layers::part(bool whole) {
     for (int sweep = 0; sweep < kSweeps; ++sweep)
       for (const Eigen::Vector3d& p : found.points)
         for (const Eigen::Isometry3d& motion : joint_.motions)
-          if (const Eigen::Vector3d q = motion * p; is_in(s_, target_, joint_.parent, q)) give_way(p, q, whole);
+          if (const Eigen::Vector3d q = motion * p; parts_.is_in(joint_.parent, q)) give_way(p, q, whole);
   }
   s_.owner = std::move(best.owner);
   s_.phi[joint_.child] = std::move(best.child);
@@ -110,7 +112,7 @@ void Layers::move(const Eigen::Vector3i& cell, double change, bool whole) {
   if (!of_child.shape.contains(a) || !of_parent.shape.contains(b)) return;
   const std::size_t i = s_.shape.index(cell);
   const int owner = s_.owner[i];
-  if (is_beside_pinned(s_, cell)) return;
+  if (!held_.empty() && held_[i]) return;
   const float band = float(kBand * step_), least = float(kLeast * step_);
   float child = std::clamp(of_child.at(a) + float(change), -band, band), parent = std::clamp(of_parent.at(b) - float(change), -band, band);
   const int taker = owner != joint_.child && owner != joint_.parent ? owner : child < parent ? joint_.child : joint_.parent;
@@ -129,29 +131,34 @@ void Layers::move(const Eigen::Vector3i& cell, double change, bool whole) {
 // Samples that change their owner may cut a piece off, or open a way outside: level sets are settled, and what that brings is parted between samples alone.
 void part_layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                  int threads) {
-  std::vector<char> growing;
-  for (std::size_t b = 0; b < segmentation.phi.size() && !segmentation.inhibited.empty(); ++b) growing.push_back(segmentation.may_grow(int(b)));
+  const std::vector<char> held = beside_pinned(segmentation);
   tbb::task_arena arena(arena_size(threads));
   std::vector<Joint> parted;
   arena.execute([&] {
     for (const Joint& joint : joints)
-      if (Layers layers(segmentation, target, skeleton, joint); layers.are_there() && layers.part(true)) parted.push_back(joint);
+      if (Layers layers(segmentation, target, skeleton, joint, held); layers.are_there() && layers.part(true)) parted.push_back(joint);
   });
   if (parted.empty()) return;
-  make_tiling(target, skeleton.core, int(segmentation.phi.size()), segmentation.owner, growing);
-  surfaces.settle(segmentation, {}, threads);
+  surfaces.settle_tiling(segmentation, skeleton.core, bones_of(parted, segmentation.phi.size()), threads);
   arena.execute([&] {
-    for (const Joint& joint : parted) Layers(segmentation, target, skeleton, joint).part(false);
+    for (const Joint& joint : parted) Layers(segmentation, target, skeleton, joint, held).part(false);
   });
 }
 
-bool is_beside_pinned(const Segmentation& segmentation, const Eigen::Vector3i& cell) {
-  constexpr int kReach = 2, kSide = 2 * kReach + 1;
-  for (int k = 0; k < kSide * kSide * kSide && !segmentation.pinned.empty(); ++k) {
-    const Eigen::Vector3i n = cell + Eigen::Vector3i(k % kSide, k / kSide % kSide, k / (kSide * kSide)) - Eigen::Vector3i::Constant(kReach);
-    if (segmentation.shape.contains(n) && segmentation.is_pinned(segmentation.shape.index(n))) return true;
+// Along one axis after the other.
+std::vector<char> beside_pinned(const Segmentation& segmentation) {
+  constexpr int kReach = 2;
+  const GridShape& shape = segmentation.shape;
+  std::vector<char> flags = segmentation.pinned, before;
+  std::size_t stride = 1;
+  for (int axis = 0; axis < 3 && !flags.empty(); stride *= std::size_t(shape.size[axis++])) {
+    before = flags;
+    for_cells(shape, [&](std::size_t i, const Eigen::Vector3i& c) {
+      if (!before[i]) return;
+      for (int k = std::max(-kReach, -c[axis]); k <= std::min(kReach, shape.size[axis] - 1 - c[axis]); ++k) flags[i + std::size_t(k) * stride] = 1;
+    });
   }
-  return false;
+  return flags;
 }
 
 }  // namespace transformables::segmentation_inner

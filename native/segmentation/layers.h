@@ -18,7 +18,8 @@ namespace transformables::segmentation_inner {
 void part_layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                  int threads);
 
-/// Whether a sample is pinned or within two of one that is: interfaces there run as the artist wants them, outside the target, too.
-bool is_beside_pinned(const Segmentation& segmentation, const Eigen::Vector3i& cell);
+/// Flags of the samples that are pinned or within two of one that is (along each axis); empty: none. Interfaces there run as the artist wants
+/// them, outside the target, too.
+std::vector<char> beside_pinned(const Segmentation& segmentation);
 
 }  // namespace transformables::segmentation_inner

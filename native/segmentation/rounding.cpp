@@ -9,7 +9,6 @@
 
 #include "segmentation/lattice.h"
 #include "segmentation/layers.h"
-#include "segmentation/tiling.h"
 
 namespace transformables::segmentation_inner {
 namespace {
@@ -37,7 +36,8 @@ class Interface {
   }
 
   /// Goes on outside the target as far as a sample, where level sets are read between those inside and those outside.
-  void go_outside(const std::vector<ShellSample>& shell);
+  /// @param held  flags of the samples that stay (beside_pinned)
+  void go_outside(const std::vector<ShellSample>& shell, const std::vector<char>& held);
 
   void smooth();
   void round_off(const JointTurn& turn);
@@ -158,10 +158,10 @@ void Interface::round_off(const JointTurn& turn) {
   set_all([&](std::size_t i, std::vector<float>& sides) { return fitted(turn, i, true, sides); });
 }
 
-void Interface::go_outside(const std::vector<ShellSample>& shell) {
+void Interface::go_outside(const std::vector<ShellSample>& shell, const std::vector<char>& held) {
   samples_.clear();
   for (const ShellSample& o : shell)
-    if (target_.distance[o.index] < kOutside * step_ && is_near(o.index) && !is_beside_pinned(s_, o.cell)) samples_.push_back(o.index);
+    if (target_.distance[o.index] < kOutside * step_ && (held.empty() || !held[o.index]) && is_near(o.index)) samples_.push_back(o.index);
   for (const JointTurn& turn : joint_.turns)
     set_all([&](std::size_t i, std::vector<float>& sides) { return fitted(turn, i, false, sides); });
 }
@@ -170,8 +170,7 @@ void Interface::go_outside(const std::vector<ShellSample>& shell) {
 
 void round_joints(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                   int threads) {
-  std::vector<char> growing;
-  for (std::size_t b = 0; b < segmentation.phi.size() && !segmentation.inhibited.empty(); ++b) growing.push_back(segmentation.may_grow(int(b)));
+  const std::vector<char> held = beside_pinned(segmentation), bones = bones_of(joints, segmentation.phi.size());
   const auto both_there = [&](const Joint& joint) { return !segmentation.phi[joint.child].values.empty() && !segmentation.phi[joint.parent].values.empty(); };
   tbb::task_arena arena(arena_size(threads));
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -183,11 +182,10 @@ void round_joints(Segmentation& segmentation, const Target& target, const Skelet
         for (const JointTurn& turn : joint.turns) interface.round_off(turn);
       }
     });
-    make_tiling(target, skeleton.core, int(segmentation.phi.size()), segmentation.owner, growing);
-    surfaces.settle(segmentation, {}, threads);
+    surfaces.settle_tiling(segmentation, skeleton.core, bones, threads);
     arena.execute([&] {
       for (const Joint& joint : joints)
-        if (both_there(joint)) Interface(segmentation, target, skeleton, joint).go_outside(surfaces.shell());
+        if (both_there(joint)) Interface(segmentation, target, skeleton, joint).go_outside(surfaces.shell(), held);
     });
   }
   part_layers(segmentation, target, skeleton, surfaces, joints, threads);

@@ -61,6 +61,7 @@ struct TransferOptions {
   TransferDirection direction = TransferDirection::kLessVolume;
   TransferMethod method = TransferMethod::kBetter;
   int samples = 24;     ///< T' of Eq. 11: configurations tried across a range
+  bool round_off = true;   ///< fits the interfaces of joints to fractions of a sample, and mends what that leaves; whose a sample is hardly depends on it
   int threads = 0;
 };
 

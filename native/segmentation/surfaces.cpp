@@ -220,6 +220,12 @@ void diffuse(const Target& target, const std::vector<char>& inside, const std::v
   }
 }
 
+std::vector<char> growing(const Segmentation& segmentation) {
+  std::vector<char> flags;
+  for (std::size_t b = 0; b < segmentation.phi.size() && !segmentation.inhibited.empty(); ++b) flags.push_back(segmentation.may_grow(int(b)));
+  return flags;
+}
+
 }  // namespace
 
 Surfaces::Surfaces(const Target& target) : target_(target), inside_(inside_flags(target)), shell_(shell_of(target, inside_)) {}
@@ -260,20 +266,26 @@ std::vector<char> Surfaces::changed(const Segmentation& segmentation) const {
   return flags;
 }
 
+void Surfaces::settle_tiling(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char> bones, int threads) const {
+  const std::vector<std::int16_t> before = segmentation.owner;
+  make_tiling(target_, core, int(bones.size()), segmentation.owner, growing(segmentation));
+  for (std::size_t i : target_.inside)
+    if (before[i] != segmentation.owner[i]) bones[std::size_t(before[i])] = bones[std::size_t(segmentation.owner[i])] = 1;
+  settle(segmentation, {}, threads, bones);
+}
+
 void Surfaces::retile(Segmentation& segmentation, const std::vector<std::int16_t>& core, int threads) const {
   const int bones = int(segmentation.phi.size());
-  std::vector<char> growing;
-  for (int b = 0; b < bones && !segmentation.inhibited.empty(); ++b) growing.push_back(segmentation.may_grow(b));
-  make_tiling(target_, core, bones, segmentation.owner, growing);
+  make_tiling(target_, core, bones, segmentation.owner, growing(segmentation));
   const std::vector<char> where = changed(segmentation);
   if (std::find(where.begin(), where.end(), 1) == where.end()) return;
   settle(segmentation, {}, threads);
   polish(segmentation.owner, segmentation.phi, core, where, threads);
-  make_tiling(target_, core, bones, segmentation.owner, growing);
+  make_tiling(target_, core, bones, segmentation.owner, growing(segmentation));
   settle(segmentation, {}, threads);
 }
 
-void Surfaces::settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads) const {
+void Surfaces::settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads, const std::vector<char>& which) const {
   const GridShape& shape = segmentation.shape;
   const Surroundings around{target_, segmentation.owner, inside_, doubtful, shell_};
   const int bones = int(segmentation.phi.size());
@@ -285,6 +297,7 @@ void Surfaces::settle(Segmentation& segmentation, const std::vector<char>& doubt
   tbb::task_arena arena(arena_size(threads));
   arena.execute([&] {
     tbb::parallel_for(0, bones, [&](int b) {
+      if (!which.empty() && !which[std::size_t(b)]) return;
       if (high[b].x() < 0) {
         segmentation.phi[b] = {};
         return;

@@ -24,7 +24,11 @@ class Surfaces {
   /// `doubtful` samples, the smoothest level set that respects every owner is fitted. Outside the target each level set is continued
   /// along the target's normals, so that interfaces run on through its surface.
   /// @param doubtful  a flag for each sample whose values, though of the right sign, mean nothing; may be empty
-  void settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads) const;
+  /// @param bones  flags of those whose level set or samples changed; empty: all
+  void settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads, const std::vector<char>& bones = {}) const;
+
+  /// Owners that samples of some bones were handed to made a tiling again, and the level sets of those bones settled, with any that the tiling changed.
+  void settle_tiling(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char> bones, int threads) const;
 
   /// Rounds off what is rough at the scale of single samples: a few steps of diffusion near each level set's zero, inside the
   /// target only; then owned samples go to the least level set, but for those of the core, which stay as they are.

@@ -219,19 +219,20 @@ Segmentation transfer_directed(const Segmentation& segmentation, const Character
     return some;
   };
   std::vector<char> touched = work.touched();   // at first all
-  for (int pass = 0; pass < kPasses; ++pass) {
+  const int passes = options.round_off ? kPasses : kRough;
+  for (int pass = 0; pass < passes; ++pass) {
     const bool is_rounded = pass >= kRough;
     if (pass == kRough) work.round_off(joints);
     else if (is_rounded) work.part(with(touched));
     for (std::size_t k = 0; k < joints.size(); ++k) {
       if (pass != kRough && !touched[joints[k].child] && !touched[joints[k].parent]) continue;
-      progress((pass + double(k) / double(joints.size())) / kPasses, "transferring between parts");
+      progress((pass + double(k) / double(joints.size())) / passes, "transferring between parts");
       reports[k].bone = joints[k].child;
       arena.execute([&] { is_rounded ? work.mend_rounded(joints[k], reports[k]) : work.mend(joints[k], reports[k]); });
     }
     touched = work.touched();
   }
-  work.part(with(touched));
+  if (options.round_off) work.part(with(touched));
   if (results) {
     arena.execute([&] {
       for (std::size_t k = 0; k < joints.size(); ++k) reports[k].left_overlap = work.overlap(joints[k]);

@@ -46,6 +46,17 @@ def test_poses_are_told_apart_on_a_coarse_grid_and_the_one_taken_is_folded_on_th
     assert grids_of_rehearsals(native, monkeypatch) == [40, 40, 40, 64]
 
 
+def test_interfaces_are_rounded_off_only_for_the_pose_that_is_taken(native, monkeypatch):
+    rounded = []
+
+    def noting(made, *rooms, round_off, **more):
+        rounded.append(round_off)
+        return made(*rooms, round_off=round_off, **more)
+
+    grids_of_rehearsals(native, monkeypatch, transfer=noting, fold=noting)
+    assert rounded == [False, False] * 3 + [True, True]
+
+
 def test_poses_are_told_apart_on_the_fine_grid_when_the_target_is_too_thin_for_a_coarse_one(native, monkeypatch):
     def too_thin(made, *, resolution, **given):
         if resolution < 64:

@@ -220,14 +220,14 @@ class Run:
         else:
             self._trace_surface()
 
-    def _grown(self, embedding, target, progress):
+    def _grown(self, embedding, target, progress, round_off=True):
         rooms = (self.character, target, embedding)
         grown = self.tn.grow(*rooms, threads=self.options.threads, progress=lambda fraction, note="": progress(0.6 * fraction, note))
-        return self._transferred(grown, embedding, target, lambda fraction, note="": progress(0.6 + 0.4 * fraction, note))
+        return self._transferred(grown, embedding, target, lambda fraction, note="": progress(0.6 + 0.4 * fraction, note), round_off)
 
-    def _transferred(self, segmentation, embedding, target, progress):
+    def _transferred(self, segmentation, embedding, target, progress, round_off=True):
         return self.tn.transfer(segmentation, self.character, target, embedding, method=self.options.transfer, direction_of=self.directions,
-                                threads=self.options.threads, progress=progress)
+                                round_off=round_off, threads=self.options.threads, progress=progress)
 
     def _directions(self, edits):
         """Of a body's joint with its parent, which of the two gives material to the other."""

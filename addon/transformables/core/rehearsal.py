@@ -8,7 +8,7 @@ from .options import LONGEST_SIDE
 GOOD_ENOUGH_PCT = 2.5      # of the target, carved: the next pose is not tried then
 POOR_PCT = 4.0             # when the best of the poses roughly loses more, the search is done once more, elsewhere
 APART = 10.0               # how much more the pairs' share counts that are to be kept apart
-ROUGHLY = {"rounds": 1, "expansions": 200}   # how well the unfolding of each is searched, to tell them apart
+ROUGHLY = {"rounds": 1, "expansions": 200, "round_off": False}   # how well the unfolding of each is searched, to tell them apart
 ROUGH_RESOLUTION = 40      # voxels along the longest side, for that: enough to rank poses as the design's own grid does
 SAME_TARGET = {"place": 1e-3, "volume": 0.1}   # target units, share: by which a coarser target may differ
 
@@ -27,7 +27,7 @@ def _part(progress, start, end):
 
 
 class Rehearsals:
-    """`apart` are pairs of bodies that are to be kept apart; grow(embedding, target, progress), fold(embedding, target, segmentation, progress, **search)
+    """`apart` are pairs of bodies that are to be kept apart; grow(embedding, target, progress, round_off), fold(embedding, target, segmentation, progress, **search)
     and make_target(resolution, progress) do the work as core/pipeline.py does it."""
 
     def __init__(self, native, target, options, apart, grow, fold, make_target):
@@ -95,9 +95,9 @@ class Rehearsals:
                 raise
             return self._rehearsal(embedding, self.target, progress, **ROUGHLY)  # there is room for every bone on the fine grid only
 
-    def _rehearsal(self, embedding, target, progress, **search):
-        segmentation = self.grow(embedding, target, _part(progress, 0.0, 0.3))
-        folding = self.fold(embedding, target, segmentation, _part(progress, 0.3, 1.0), **search)
+    def _rehearsal(self, embedding, target, progress, round_off=True, **search):
+        segmentation = self.grow(embedding, target, _part(progress, 0.0, 0.3), round_off)
+        folding = self.fold(embedding, target, segmentation, _part(progress, 0.3, 1.0), round_off=round_off, **search)
         loss = folding.carving_after / target.volume
         if self.apart:
             path = {"collisions": folding.path.collisions}

@@ -131,7 +131,7 @@ def grow(character, target, embedding, *, threads=0, progress=None):
     return SimpleNamespace(volumes=[0.01] * len(character.names))
 
 
-def transfer(segmentation, character, target, embedding, *, ranges="straight", method="auto", direction_of=None, threads=0, progress=None):
+def transfer(segmentation, character, target, embedding, *, ranges="straight", method="auto", direction_of=None, round_off=True, threads=0, progress=None):
     calls.append("transfer")
     transfers.append((method, direction_of))
     return segmentation
@@ -168,7 +168,7 @@ class FoldPath:
         self.moves, self.overlap_volume, self.collisions, self.cut_short = moves, 0.0, [], False
 
 
-def fold(segmentation, character, target, embedding, *, rounds=5, expansions=3000, seconds=0.0, threads=0, progress=None):
+def fold(segmentation, character, target, embedding, *, rounds=5, expansions=3000, seconds=0.0, round_off=True, threads=0, progress=None):
     calls.append("fold")
     budgets.append((expansions, seconds))
     path = FoldPath(moves=[[(i, angle, 0.0)] for i, angle in enumerate(embedding.angles)])

@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "cases.h"
 #include "folding/carve_estimate.h"
 #include "folding/cores.h"
+#include "folding/transfer_along.h"
 
 namespace transformables {
 namespace {
@@ -22,6 +24,78 @@ TEST(Fold, NeverLeavesMoreToCarveThanThePlanAloneAndKeepsATiling) {
   }
 }
 
+// A base and four limbs that stand about in a box, each hinged somewhere on its skeleton and folded by any angle; a place belongs to the nearest skeleton.
+Made limbs_at_random(unsigned seed) {
+  std::mt19937 random(seed);
+  const auto within = [&](double low, double high) { return low + (high - low) * double(random()) / double(std::mt19937::max()); };
+  const Vector3d half{0.2, 0.12, 0.12};
+  std::vector<MadeBone> bones{{-1, {0, 0, -0.09}, 0, {{-0.15, 0, -0.09}, {0.15, 0, -0.09}}, -1}};
+  for (int limb = 0; limb < 4; ++limb) {
+    const Vector3d a(within(-0.17, 0.17), within(-0.1, 0.1), within(-0.05, 0.1)), b(within(-0.17, 0.17), within(-0.1, 0.1), within(-0.05, 0.1));
+    bones.push_back({0, a, within(-kQuarter, kQuarter), {a, b}, -1});
+  }
+  return made(bones, half, [bones](const Vector3d& p) {
+    std::vector<double> to, apart;
+    for (const MadeBone& bone : bones) to.push_back(distance(bone.skeleton, p));
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      double other = 1;
+      for (std::size_t j = 0; j < to.size(); ++j)
+        if (j != i) other = std::min(other, to[j]);
+      apart.push_back((to[i] - other) / 2);
+    }
+    return apart;
+  }, 0.02);
+}
+
+// Samples that carving along a path takes.
+long carved(const folding::Design& design, const FoldPath& path) {
+  const FoldingOptions options;
+  const std::vector<char> gone = folding::carving_of(design, design.segmentation.owner, folding::sampled_moves(design, path, options.largest_step_rad),
+                                                     float(options.tolerance_steps));
+  return std::count(gone.begin(), gone.end(), char(1));
+}
+
+TEST(Fold, NeverLeavesMoreToCarveThanThePapersGreedyOrderOnTheSameParts) {
+  int better = 0;
+  for (unsigned seed = 13; seed <= 24; ++seed) {
+    Made m = limbs_at_random(seed);
+    if (seed % 4) m.segmentation.pinned.assign(m.segmentation.owner.size(), 1);  // orders alone must do it then
+    const Segmentation claimed = folding::with_skeletons({m.character, m.segmentation, m.target, m.embedding});
+    const folding::Design design{m.character, claimed, m.target, m.embedding};
+    FoldingOptions paper, options;
+    paper.cost = MoveCost::kNetOverlap;
+    options.expansions = seed % 2 ? 300 : 0;
+    options.rounds = 2;
+    const long greedy = carved(design, plan_greedy(claimed, m.character, m.target, m.embedding, paper, {}));
+    const Folding result = fold(m.segmentation, m.character, m.target, m.embedding, options, {});
+    const long ours = carved({m.character, result.segmentation, m.target, m.embedding}, result.path);
+    EXPECT_LE(ours, greedy) << "seed " << seed;
+    EXPECT_NEAR(result.carving_after, double(ours) * design.sample_volume(), 1e-12);
+    better += ours < greedy;
+  }
+  EXPECT_GT(better, 4) << "where greedy needs nothing, nothing is shown";
+}
+
+TEST(TransferWays, LeaveHardlyMoreThanTheBetterOfThemAndOnlyTheFirstWhereThatIsNotWorthIt) {
+  int freer = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const Made m = limbs_at_random(seed);
+    const folding::Design design{m.character, m.segmentation, m.target, m.embedding};
+    const FoldPath path = greedy(m);
+    const auto left = [&](const folding::TransferWays& ways) {
+      TransferAlongResult result;
+      folding::transferred_along(design, path, {}, {}, result, ways);
+      return result.colliding_after;
+    };
+    const double both = left({}), first = left({.patience = {3}}), second = left({.patience = {0}});
+    EXPECT_LE(both, std::min(first, second) / 0.97 + 1e-12) << "seed " << seed;
+    EXPECT_LE(both, first);
+    EXPECT_EQ(left({.worth = 0}), first);
+    freer += both < first;
+  }
+  EXPECT_GT(freer, 0);
+}
+
 TEST(Fold, OpensAllJointsTogetherWhereNoneCanGoFirst) {
   Made m = interlocked();
   m.segmentation.pinned.assign(m.segmentation.owner.size(), 1);  // as an artist may demand: what holds them can't be given away
@@ -32,6 +106,18 @@ TEST(Fold, OpensAllJointsTogetherWhereNoneCanGoFirst) {
   TransferAlongResult by_order;
   transfer_along(m.segmentation, m.character, m.target, m.embedding, best(m), {}, {}, &by_order);
   EXPECT_LT(result.carving_after, by_order.colliding_after);
+}
+
+TEST(Fold, WithoutRoundingTellsAsMuchOfCarvingAndIsATilingToo) {
+  for (const Made& m : {slab_in_the_way(), two_boxes(-kQuarter)}) {
+    FoldingOptions rough;
+    rough.round_off = false;
+    const Folding whole = fold(m.segmentation, m.character, m.target, m.embedding, {}, {}), result = fold(m.segmentation, m.character, m.target, m.embedding, rough, {});
+    EXPECT_TRUE(std::equal(whole.path.moves.begin(), whole.path.moves.end(), result.path.moves.begin(), result.path.moves.end(),
+                           [](const Move& a, const Move& b) { return a.turns.size() == b.turns.size(); }));
+    EXPECT_NEAR(result.carving_after, whole.carving_after, 0.01 * m.target.volume);
+    for (std::size_t s = 0; s < m.segmentation.owner.size(); ++s) EXPECT_EQ(result.segmentation.owner[s] >= 0, m.target.distance[s] < 0);
+  }
 }
 
 TEST(Fold, GivesTheSameResultForOneAndTwoThreads) {

@@ -42,6 +42,19 @@ TEST(Transfer, IsNotNeededWhenTheHingeSitsOnTheEdgeThatOpens) {
   EXPECT_GT(transferred(posed, target, 0.5, {}).moved_volume, 0) << "the other way it closes";
 }
 
+TEST(Transfer, WithoutRoundingMakesRoomToo) {
+  const Target target = bar();
+  const Posed posed = half_boxes(target, 0);
+  TransferOptions rough;
+  rough.round_off = false;
+  Segmentation after;
+  const TransferResult result = transferred(posed, target, M_PI / 2, rough, &after), whole = transferred(posed, target, M_PI / 2, {});
+  expect_tiling(after, posed, target);
+  EXPECT_NEAR(result.moved_volume, whole.moved_volume, 0.01 * target.volume);
+  EXPECT_LT(result.left_overlap, 0.01 * target.volume);
+  EXPECT_LT(whole.left_overlap, result.left_overlap) << "that is what rounding is for";
+}
+
 TEST(Transfer, LowersTheOverlapAndMovesNoVolumeOutOfTheTarget) {
   const Target target = bar();
   const Posed posed = half_boxes(target, 0);
