@@ -166,18 +166,30 @@ void Interface::go_outside(const std::vector<ShellSample>& shell) {
     set_all([&](std::size_t i, std::vector<float>& sides) { return fitted(turn, i, false, sides); });
 }
 
+bool both_there(const Segmentation& segmentation, const Joint& joint) {
+  return !segmentation.phi[joint.child].values.empty() && !segmentation.phi[joint.parent].values.empty();
+}
+
 }  // namespace
+
+void round_outside(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
+                   int threads) {
+  tbb::task_arena arena(arena_size(threads));
+  arena.execute([&] {
+    for (const Joint& joint : joints)
+      if (both_there(segmentation, joint)) Interface(segmentation, target, skeleton, joint).go_outside(surfaces.shell());
+  });
+}
 
 void round_joints(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                   int threads) {
   std::vector<char> growing;
   for (std::size_t b = 0; b < segmentation.phi.size() && !segmentation.inhibited.empty(); ++b) growing.push_back(segmentation.may_grow(int(b)));
-  const auto both_there = [&](const Joint& joint) { return !segmentation.phi[joint.child].values.empty() && !segmentation.phi[joint.parent].values.empty(); };
   tbb::task_arena arena(arena_size(threads));
   for (int pass = 0; pass < kPasses; ++pass) {
     arena.execute([&] {
       for (const Joint& joint : joints) {
-        if (!both_there(joint)) continue;
+        if (!both_there(segmentation, joint)) continue;
         Interface interface(segmentation, target, skeleton, joint);
         if (pass > 0 && pass + 1 < kPasses) interface.smooth();
         for (const JointTurn& turn : joint.turns) interface.round_off(turn);
@@ -185,10 +197,7 @@ void round_joints(Segmentation& segmentation, const Target& target, const Skelet
     });
     make_tiling(target, skeleton.core, int(segmentation.phi.size()), segmentation.owner, growing);
     surfaces.settle(segmentation, {}, threads);
-    arena.execute([&] {
-      for (const Joint& joint : joints)
-        if (both_there(joint)) Interface(segmentation, target, skeleton, joint).go_outside(surfaces.shell());
-    });
+    round_outside(segmentation, target, skeleton, surfaces, joints, threads);
   }
   part_layers(segmentation, target, skeleton, surfaces, joints, threads);
 }

@@ -25,8 +25,9 @@ using namespace segmentation_inner;
 constexpr double kNoCollision = 5e-5;   // of the target's volume
 constexpr double kLeft = 0.8e-4;        // the same, what may be left after rounding
 constexpr double kWorth = 40;           // volume that may be moved to be rid of one unit of mean overlap
+constexpr double kWorthAtLast = 400;    // the same of what rounding leaves: small joints that meet head-on, with whole parts behind them
 constexpr int kRough = 2;               // passes before rounding: a joint's transfer may touch one that was settled before
-constexpr int kPasses = 4;              // those after rounding mend what it could not
+constexpr int kPasses = 6;              // those after rounding mend what it could not
 
 struct Candidate {
   std::vector<std::int16_t> owner;
@@ -46,6 +47,11 @@ class Transfer {
   void round_off(const std::vector<Joint>& joints) { round_joints(result_, target_, skeleton_, surfaces_, joints, options_.threads); }
   void part(const std::vector<Joint>& joints) { part_layers(result_, target_, skeleton_, surfaces_, joints, options_.threads); }
 
+  void round_outside_and_part(const std::vector<Joint>& joints) {
+    round_outside(result_, target_, skeleton_, surfaces_, joints, options_.threads);
+    part(joints);
+  }
+
   double overlap(const Joint& joint) const { return collisions(result_, target_, joint, true).mean; }
 
   // Mends one joint when that is worth while; tells what was done. Only samples well inside the other part count as worth it.
@@ -63,13 +69,13 @@ class Transfer {
     const Collisions found = collisions(result_, target_, joint, true);
     if (found.mean <= kLeft * target_.volume) return;
     for (Candidate& candidate : candidates(joint, found)) {
-      if (candidate.score >= kWorth * (found.mean - tolerance())) return;
+      if (candidate.score >= kWorthAtLast * (found.mean - tolerance())) return;
       const Candidate tried = candidate;
       const Segmentation before = result_;
       const std::vector<char> touched = touched_;
       take(joint, std::move(candidate));
       round_off({joint});
-      if (tried.moved < kWorth * (found.mean - overlap(joint))) return tell(tried, report);
+      if (tried.moved < kWorthAtLast * (found.mean - overlap(joint))) return tell(tried, report);
       result_ = before, touched_ = touched;
     }
   }
@@ -231,7 +237,7 @@ Segmentation transfer_directed(const Segmentation& segmentation, const Character
     }
     touched = work.touched();
   }
-  work.part(with(touched));
+  work.round_outside_and_part(joints);
   if (results) {
     arena.execute([&] {
       for (std::size_t k = 0; k < joints.size(); ++k) reports[k].left_overlap = work.overlap(joints[k]);
