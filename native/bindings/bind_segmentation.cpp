@@ -2,7 +2,6 @@
 
 #include "bindings/bindings.h"
 #include "folding/folding.h"
-#include "segmentation/directed.h"
 #include "segmentation/division.h"
 #include "segmentation/edits.h"
 #include "segmentation/seams.h"
@@ -132,14 +131,12 @@ void bind_segmentation(py::module_& m) {
         options.round_off = round_off;
         options.threads = threads;
         options.method = method_from(method);
-        std::map<int, TransferDirection> directions;
-        for (const auto& [bone, word] : direction_of) directions[bone] = direction_from(word);
+        for (const auto& [bone, word] : direction_of) options.direction_of[bone] = direction_from(word);
         const FoldPath* path = std::get_if<FoldPath>(&ranges);
         if (!path && std::get<std::string>(ranges) != "straight") throw InvalidInput("ranges is 'straight' or a FoldPath");
         const Progress tell = progress_from(progress);
         py::gil_scoped_release release;
-        return transfer_directed(segmentation, character, target, embedding, path ? ranges_of(*path, character) : straight_ranges(character, embedding),
-                                 options, directions, tell);
+        return transfer(segmentation, character, target, embedding, path ? ranges_of(*path, character) : straight_ranges(character, embedding), options, tell);
       },
       py::arg("segmentation"), py::arg("character"), py::arg("target"), py::arg("embedding"), py::kw_only(), py::arg("ranges") = "straight",
       py::arg("method") = "auto", py::arg("direction_of") = std::map<int, std::string>{}, py::arg("round_off") = TransferOptions{}.round_off, py::arg("threads") = 0,

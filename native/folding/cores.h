@@ -16,7 +16,7 @@ std::vector<std::int16_t> cores_of(const Design& design);
 /// The skeletal shapes of the bones that have a part, at 0.9 of their radius as above: what carving takes from no bone for another's skin.
 Skeletons skeletons_of(const Design& design);
 
-/// The design's segmentation with every skeleton its own bone's, and pinned. Growth guards no more of it than its axis from the neighbours, but finished
+/// The design's segmentation with every skeleton its own bone's, and pinned. Transfer guards no more of it than its axis from a neighbour, but finished
 /// parts have all of it: what others seem to have of it would be carved from them, and what it passes through, too. What was pinned stays as it is.
 Segmentation with_skeletons(const Design& design);
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/grid.h"
+#include "segmentation/growth.h"
 #include "segmentation/lattice.h"
 #include "segmentation/level_set.h"
 
@@ -15,6 +16,7 @@ namespace transformables::segmentation_inner {
 
 inline constexpr int kSide = 8, kCells = kSide * kSide * kSide;
 using Samples = Row<kCells>;   ///< a value for each sample of a block
+inline constexpr float kClosed = 0.1f;   ///< a gap between two fronts, in steps, that counts as closed
 inline constexpr int kHaloSide = kSide + 2, kHaloCells = kHaloSide * kHaloSide * kHaloSide;
 
 /// One bone's level set in a block, in steps, clamped to the band.
@@ -55,6 +57,18 @@ struct Blocks {
   GridShape shape;                 ///< of the samples
   Eigen::Vector3i counts;          ///< blocks along each axis
   std::vector<Block> all;
+
+  /// Blocks without layers.
+  explicit Blocks(const Target& target);
+
+  /// What has grown in them: layers become half differences, and are read into a grid a bone.
+  Grown read(int bones);
+
+  /// Index of a block's sample in the grid, or the grid's count for one beyond its border.
+  std::size_t sample(int block, int k) const {
+    const Eigen::Vector3i c = kSide * cell(block) + Eigen::Vector3i(k % kSide, k / kSide % kSide, k / (kSide * kSide));
+    return shape.contains(c) ? shape.index(c) : shape.count();
+  }
 
   int index(int x, int y, int z) const { return (z * counts.y() + y) * counts.x() + x; }
   Eigen::Vector3i cell(int b) const { return {b % counts.x(), (b / counts.x()) % counts.y(), b / (counts.x() * counts.y())}; }

@@ -13,7 +13,6 @@ namespace transformables::segmentation_inner {
 namespace {
 
 constexpr float kAdvance = 0.5f;        // v0 dt in steps: FACTS.md, 0.9 breaks
-constexpr float kClosed = 0.1f;         // a gap between two fronts, in steps, that counts as closed
 constexpr float kCurvatureBand = 1.5f;  // curvature means something only near the front
 constexpr int kSettling = 4;            // steps that a filled block still works, so that its interfaces come to rest
 constexpr int kPatience = 24;           // steps without a new claim that end growth
@@ -23,8 +22,7 @@ constexpr float kCoreDepth = 0.3f;      // steps; a bone's own samples are at le
 class Growth {
  public:
   Growth(const Character& character, const Target& target, const Skeleton& skeleton, const SegmentationOptions& options)
-      : target_(target), curvature_(float(options.curvature)), limit_(float(options.curvature_limit)) {
-    make_blocks(inside_flags(target));
+      : target_(target), curvature_(float(options.curvature)), limit_(float(options.curvature_limit)), blocks_(target), awake_(blocks_.all.size(), 0) {
     for (std::size_t b = 0; b < character.bones.size(); ++b) seed(skeleton, int(b));
     tbb::parallel_for(0, int(blocks_.all.size()), [&](int b) { settle_seeds(character, skeleton, b); });
   }
@@ -42,10 +40,9 @@ class Growth {
     }
   }
 
-  Grown result(int bones);
+  Grown result(int bones) { return blocks_.read(bones); }
 
  private:
-  void make_blocks(const std::vector<char>& inside);
   void seed(const Skeleton& skeleton, int bone);
   void settle_seeds(const Character& character, const Skeleton& skeleton, int block);
   void list_awake();
@@ -54,8 +51,6 @@ class Growth {
   void redistance(int block);
   void project(Block& block);
   void open_neighbours();
-  void half_differences(int block, std::vector<std::int16_t>& owner);
-  std::size_t sample_of(int block, int cell) const;
   std::size_t unclaimed() const {
     std::size_t sum = 0;
     for (const Block& b : blocks_.all) sum += b.unclaimed;
@@ -68,31 +63,6 @@ class Growth {
   std::vector<char> awake_;
   std::vector<int> active_;
 };
-
-// Index of a block's sample in the grid, or the grid's count for one beyond its border.
-std::size_t Growth::sample_of(int block, int cell) const {
-  const Eigen::Vector3i c = kSide * blocks_.cell(block) + Eigen::Vector3i(cell % kSide, cell / kSide % kSide, cell / (kSide * kSide));
-  return blocks_.shape.contains(c) ? blocks_.shape.index(c) : blocks_.shape.count();
-}
-
-void Growth::make_blocks(const std::vector<char>& inside) {
-  blocks_.shape = target_.distance.shape;
-  blocks_.counts = (blocks_.shape.size.array() + kSide - 1) / kSide;
-  blocks_.all.resize(blocks_.counts.prod());
-  awake_.assign(blocks_.all.size(), 0);
-  const float per_step = float(1 / blocks_.shape.step);
-  tbb::parallel_for(0, int(blocks_.all.size()), [&](int b) {
-    Block& block = blocks_.all[b];
-    for (int k = 0; k < kCells; ++k) {
-      const std::size_t i = sample_of(b, k);
-      block.inside[k] = i < inside.size() && inside[i];
-      block.limit[k] = i < inside.size() ? std::clamp(target_.distance[i] * per_step, -kBand, kBand) : kBand;
-      if (!block.inside[k]) block.limit[k] = std::max(block.limit[k], 0.01f);
-      block.inside_count += block.inside[k];
-    }
-    block.unclaimed = block.inside_count;
-  });
-}
 
 // Layers of a bone in all blocks near its skeletal shape.
 void Growth::seed(const Skeleton& skeleton, int bone) {
@@ -136,7 +106,7 @@ void Growth::settle_seeds(const Character& character, const Skeleton& skeleton, 
   Block& block = blocks_.all[b];
   const double step = blocks_.shape.step;
   for (int k = 0; k < kCells && !block.layers.empty(); ++k) {
-    const std::size_t i = sample_of(b, k);
+    const std::size_t i = blocks_.sample(b, k);
     if (i == blocks_.shape.count()) continue;
     const Eigen::Vector3d p = blocks_.shape.position(i);
     for (auto& layer : block.layers) {
@@ -282,51 +252,6 @@ void Growth::open_neighbours() {
         Block& next = blocks_.all[blocks_.index(c.x(), c.y(), c.z())];
         if (next.inside_count > 0 && next.add(layer->bone)) next.quiet = 0;
       }
-}
-
-// Replaces every level set by half its difference from the least of the others, and names the owners.
-void Growth::half_differences(int b, std::vector<std::int16_t>& owner) {
-  Block& block = blocks_.all[b];
-  for (int k = 0; k < kCells; ++k) {
-    float least = kBand, second = kBand;
-    const Layer* first = nullptr;
-    for (const auto& layer : block.layers) {
-      const float v = layer->phi[k];
-      if (v < least) second = least, least = v, first = layer.get();
-      else second = std::min(second, v);
-    }
-    // The target's surface cut this level set; its true value is the other's, turned round.
-    if (first && least <= block.limit[k] + 1e-4f) least = std::min(least, -second);
-    for (auto& layer : block.layers) {
-      const bool is_first = layer.get() == first;
-      layer->next[k] = 0.5f * ((is_first ? least : layer->phi[k]) - (is_first ? second : least));
-    }
-    if (first && block.inside[k] && (least <= 0 || least + second <= kClosed)) owner[sample_of(b, k)] = first->bone;
-  }
-}
-
-Grown Growth::result(int bones) {
-  Grown grown{std::vector<std::int16_t>(blocks_.shape.count(), -1), std::vector<Grid<float>>(bones)};
-  tbb::parallel_for(0, int(blocks_.all.size()), [&](int b) { half_differences(b, grown.owner); });
-  std::vector<std::vector<int>> where(bones);
-  for (std::size_t b = 0; b < blocks_.all.size(); ++b)
-    for (const auto& layer : blocks_.all[b].layers) where[layer->bone].push_back(int(b));
-  tbb::parallel_for(0, bones, [&](int bone) {
-    if (where[bone].empty()) return;
-    Eigen::Vector3i low = blocks_.counts, high = Eigen::Vector3i::Zero();
-    for (int b : where[bone]) low = low.cwiseMin(blocks_.cell(b)), high = high.cwiseMax(blocks_.cell(b));
-    const Eigen::Vector3i first = kSide * low, end = (kSide * (high.array() + 1)).matrix().cwiseMin(blocks_.shape.size);
-    Grid<float>& grid = grown.phi[bone];
-    grid = Grid<float>({end - first, blocks_.shape.position(first), blocks_.shape.step}, float(kBand * blocks_.shape.step));
-    for (int b : where[bone]) {
-      const Layer& layer = *blocks_.all[b].layer(bone);
-      for (int k = 0; k < kCells; ++k) {
-        const Eigen::Vector3i c = kSide * blocks_.cell(b) + Eigen::Vector3i(k % kSide, k / kSide % kSide, k / (kSide * kSide)) - first;
-        if (grid.shape.contains(c)) grid.at(c) = float(layer.next[k] * blocks_.shape.step);
-      }
-    }
-  });
-  return grown;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "segmentation/lattice.h"
+#include "segmentation/rounding.h"
 
 namespace transformables::segmentation_inner {
 namespace {
@@ -16,7 +17,7 @@ constexpr double kMuch = 2e-3;        // the same: more is no matter of layers
 constexpr int kRounds = 6;            // what gives way in one place may meet in another
 constexpr int kSweeps = 3;            // over what was found to meet
 constexpr double kThick = 0.5;        // steps: what is deeper in both parts is no layer
-constexpr double kClear = 0.01;       // steps beyond the other's surface
+constexpr int kMargin = 3;            // samples about a part in its box (segmentation.h)
 
 /// The samples of the cell about a point, and their trilinear weights.
 struct Corners {
@@ -61,6 +62,10 @@ class Layers {
   void give_way(const Eigen::Vector3d& p, const Eigen::Vector3d& q, bool whole);
   void move(const Eigen::Vector3d& p, double change, bool whole);
   void move(const Eigen::Vector3i& cell, double change, bool whole);
+  bool has_margin(const GridShape& box, const Eigen::Vector3i& in_box, const Eigen::Vector3i& cell) const {
+    const Eigen::Array3i after_in_box = box.size - in_box, after = s_.shape.size - cell;
+    return (in_box.array() >= cell.array().min(kMargin)).all() && (after_in_box >= after.min(kMargin + 1)).all();
+  }
 
   Segmentation& s_;
   const Target& target_;
@@ -90,12 +95,13 @@ bool Layers::part(bool whole) {
   return true;
 }
 
-// A point of the child that comes to lie in the parent.
+// A point of the child that comes to lie in the parent: both places get the mean of their sides. Were it the shallower alone that gave way, it would soon meet
+// the other behind it.
 void Layers::give_way(const Eigen::Vector3d& p, const Eigen::Vector3d& q, bool whole) {
   const double child = -side(p), parent = side(q);
   if (child <= 0 || parent <= 0 || std::min(child, parent) > kThick * step_) return;
-  if (child < parent) move(p, child + kClear * step_, whole);
-  else move(q, -parent - kClear * step_, whole);
+  move(p, 0.5 * (child + parent), whole);
+  move(q, -0.5 * (child + parent), whole);
 }
 
 // The least change of the samples about a point that moves its side by so much.
@@ -116,7 +122,8 @@ void Layers::move(const Eigen::Vector3i& cell, double change, bool whole) {
   const float band = float(kBand * step_), least = float(kLeast * step_);
   float child = std::clamp(of_child.at(a) + float(change), -band, band), parent = std::clamp(of_parent.at(b) - float(change), -band, band);
   const int taker = owner != joint_.child && owner != joint_.parent ? owner : child < parent ? joint_.child : joint_.parent;
-  const bool stays = taker == owner || !whole || skeleton_.core[i] == owner || !s_.may_grow(taker);
+  const bool has_room = has_margin(taker == joint_.child ? of_child.shape : of_parent.shape, taker == joint_.child ? a : b, cell);
+  const bool stays = taker == owner || !whole || skeleton_.core[i] == owner || !s_.may_grow(taker) || !has_room;
   if (owner >= 0) {   // its owner's level set is negative at a sample, all others are not
     const int is = stays ? owner : taker;
     child = is == joint_.child ? std::min(child, -least) : std::max(child, least);
@@ -128,7 +135,7 @@ void Layers::move(const Eigen::Vector3i& cell, double change, bool whole) {
 
 }  // namespace
 
-// Samples that change their owner may cut a piece off, or open a way outside: level sets are settled, and what that brings is parted between samples alone.
+// Samples that change their owner may cut a piece off: then level sets are settled, and what that brings is parted between samples alone.
 void part_layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                  int threads) {
   const std::vector<char> held = beside_pinned(segmentation);
@@ -139,7 +146,10 @@ void part_layers(Segmentation& segmentation, const Target& target, const Skeleto
       if (Layers layers(segmentation, target, skeleton, joint, held); layers.are_there() && layers.part(true)) parted.push_back(joint);
   });
   if (parted.empty()) return;
-  surfaces.settle_tiling(segmentation, skeleton.core, bones_of(parted, segmentation.phi.size()), threads);
+  std::vector<char> bones = bones_of(parted, segmentation.phi.size());
+  if (!surfaces.tile(segmentation, skeleton.core, bones)) return;
+  surfaces.settle(segmentation, {}, threads, bones);
+  round_outside(segmentation, target, skeleton, surfaces, joints, threads);
   arena.execute([&] {
     for (const Joint& joint : parted) Layers(segmentation, target, skeleton, joint, held).part(false);
   });

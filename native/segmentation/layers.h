@@ -11,10 +11,11 @@
 
 namespace transformables::segmentation_inner {
 
-/// Where a point of the child's part lies in the parent's part at one of the joint's motions, the shallower of the two gives way there, by no more than
-/// it must: the samples about the point change as little as they can (Kaczmarz' projections), until no such point is left or rounds are used up.
-/// Points stand half a step apart. What is deeper than half a step in both stays, as do pinned samples and those beside them, cores and inhibited bones. Both level sets change
-/// together, so the result is a tiling again. It does not depend on the number of threads.
+/// Where a point of the child's part lies in the parent's part at one of the joint's motions, both give way: the half differences of the two level sets at the
+/// two places become their mean, for which the samples about them change as little as they can (Kaczmarz' projections on the constraints of rounding.h,
+/// one by one), until hardly any such point is left or rounds are used up. Points stand half a step apart. What is deeper than half a step in both
+/// stays, as do pinned samples and those beside them, cores and inhibited bones. Both level sets change together, so the result is a tiling again. It does
+/// not depend on the number of threads.
 void part_layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                  int threads);
 

@@ -166,27 +166,41 @@ void Interface::go_outside(const std::vector<ShellSample>& shell, const std::vec
     set_all([&](std::size_t i, std::vector<float>& sides) { return fitted(turn, i, false, sides); });
 }
 
+bool both_there(const Segmentation& segmentation, const Joint& joint) {
+  return !segmentation.phi[joint.child].values.empty() && !segmentation.phi[joint.parent].values.empty();
+}
+
+void go_outside(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
+                const std::vector<char>& held, int threads) {
+  tbb::task_arena arena(arena_size(threads));
+  arena.execute([&] {
+    for (const Joint& joint : joints)
+      if (both_there(segmentation, joint)) Interface(segmentation, target, skeleton, joint).go_outside(surfaces.shell(), held);
+  });
+}
+
 }  // namespace
+
+void round_outside(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
+                   int threads) {
+  go_outside(segmentation, target, skeleton, surfaces, joints, beside_pinned(segmentation), threads);
+}
 
 void round_joints(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                   int threads) {
   const std::vector<char> held = beside_pinned(segmentation), bones = bones_of(joints, segmentation.phi.size());
-  const auto both_there = [&](const Joint& joint) { return !segmentation.phi[joint.child].values.empty() && !segmentation.phi[joint.parent].values.empty(); };
   tbb::task_arena arena(arena_size(threads));
   for (int pass = 0; pass < kPasses; ++pass) {
     arena.execute([&] {
       for (const Joint& joint : joints) {
-        if (!both_there(joint)) continue;
+        if (!both_there(segmentation, joint)) continue;
         Interface interface(segmentation, target, skeleton, joint);
         if (pass > 0 && pass + 1 < kPasses) interface.smooth();
         for (const JointTurn& turn : joint.turns) interface.round_off(turn);
       }
     });
     surfaces.settle_tiling(segmentation, skeleton.core, bones, threads);
-    arena.execute([&] {
-      for (const Joint& joint : joints)
-        if (both_there(joint)) Interface(segmentation, target, skeleton, joint).go_outside(surfaces.shell(), held);
-    });
+    go_outside(segmentation, target, skeleton, surfaces, joints, held, threads);
   }
   part_layers(segmentation, target, skeleton, surfaces, joints, threads);
 }

@@ -20,4 +20,8 @@ namespace transformables::segmentation_inner {
 void round_joints(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                   int threads);
 
+/// The same just outside the target, as far as level sets are read there between samples: what `Surfaces::settle` continues along normals is not round.
+void round_outside(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
+                   int threads);
+
 }  // namespace transformables::segmentation_inner

@@ -39,7 +39,8 @@ Segmentation grow(const Character& character, const Target& target, const Embedd
                   const Progress& progress) {
   check(options);
   progress(0, "placing the skeleton");
-  const Skeleton skeleton = skeleton_on_lattice(character, target, embedding);
+  Skeleton skeleton = skeleton_on_lattice(character, target, embedding);
+  skeleton.core = whole_skeletons(skeleton, target);
   Grown growth = grown(character, target, skeleton, options, progress);
   for (std::size_t i : target.inside)   // also for a bone whose front was swallowed
     if (skeleton.core[i] >= 0) growth.owner[i] = skeleton.core[i];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "character/character.h"
@@ -39,7 +40,8 @@ struct SegmentationOptions {
   int threads = 0;                ///< 0: all cores. The result does not depend on it.
 };
 
-/// Grows level sets from the skeletal meshes by Eqs. 6 and 7 with projection until every inside voxel is claimed.
+/// Grows level sets from the skeletal meshes by Eqs. 6 and 7 with projection until every inside voxel is claimed. Every bone gets its skeletal shape whole, at
+/// 0.9 of its radius; where shapes meet, each sample goes to the bone in whose shape it lies deepest.
 /// @throws InvalidInput when options are out of range; Infeasible when a bone lies wholly outside the target; Cancelled
 Segmentation grow(const Character& character, const Target& target, const Embedding& embedding,
                   const SegmentationOptions& options, const Progress& progress);
@@ -59,6 +61,7 @@ enum class TransferMethod { kBetter, kCylinder, kExact };
 
 struct TransferOptions {
   TransferDirection direction = TransferDirection::kLessVolume;
+  std::map<int, TransferDirection> direction_of{};   ///< of these joints, by their child, instead
   TransferMethod method = TransferMethod::kBetter;
   int samples = 24;     ///< T' of Eq. 11: configurations tried across a range
   bool round_off = true;   ///< fits the interfaces of joints to fractions of a sample, and mends what that leaves; whose a sample is hardly depends on it
@@ -78,7 +81,8 @@ struct TransferResult {
 /// The result is again a tiling, and every bone keeps its own skeleton: where the skeleton of one bone of a joint sweeps through the
 /// part of the other, transfer can't help, and `left_overlap` tells how much is left for carving. A joint is left as it
 /// is when no transfer would mend more than it changes.
-/// @throws InvalidInput when a range names no hinge or is not finite, or samples or threads are out of range; Cancelled
+/// @throws InvalidInput when a range names no hinge or is not finite, a direction names a bone that does not exist or has no parent, or samples or threads
+///         are out of range; Cancelled
 Segmentation transfer(const Segmentation& segmentation, const Character& character, const Target& target,
                       const Embedding& embedding, const std::vector<JointRange>& ranges, const TransferOptions& options,
                       const Progress& progress, std::vector<TransferResult>* results = nullptr);

@@ -220,6 +220,25 @@ Skeleton skeleton_of_edited(const Character& character, const Target& target, co
   return skeleton;
 }
 
+std::vector<std::int16_t> whole_skeletons(const Skeleton& skeleton, const Target& target) {
+  const GridShape& shape = target.distance.shape;
+  std::vector<std::int16_t> whole = skeleton.core, deepest(whole.size(), -1);
+  std::vector<std::size_t> found;
+  for (std::size_t i : target.inside) {
+    if (whole[i] >= 0) found.push_back(i);
+    double least = 0;
+    for (int b = 0; whole[i] < 0 && b < int(skeleton.shapes.size()); ++b) {
+      const double d = distance_to_bone(skeleton, b, shape.position(i)) + (1 - kProtectedShare) * skeleton.shapes[b].radius;
+      if (d < least) least = d, deepest[i] = std::int16_t(b);
+    }
+  }
+  for (std::size_t k = 0; k < found.size(); ++k)
+    for_neighbours(shape, found[k], [&](std::size_t n) {
+      if (whole[n] < 0 && deepest[n] == whole[found[k]]) whole[n] = deepest[n], found.push_back(n);
+    });
+  return whole;
+}
+
 double distance_to_bone(const Skeleton& skeleton, int bone, const Eigen::Vector3d& p) {
   return skeleton.shapes[bone].distance(skeleton.frames[bone].inverse() * p);
 }

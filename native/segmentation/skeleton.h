@@ -26,6 +26,9 @@ Skeleton skeleton_on_lattice(const Character& character, const Target& target, c
 /// @throws as above, and InvalidInput when `pinned` or `inhibited` has another size than the samples or bones
 Skeleton skeleton_of_edited(const Character& character, const Target& target, const Embedding& embedding, const Segmentation& segmentation);
 
+/// For each sample the bone in whose skeletal shape, at 0.9 of its radius, it lies deepest, -1: none. The core, and of the shapes what hangs together with it.
+std::vector<std::int16_t> whole_skeletons(const Skeleton& skeleton, const Target& target);
+
 /// Signed distance (target units) from a point in the target frame to a bone's skeletal shape.
 double distance_to_bone(const Skeleton& skeleton, int bone, const Eigen::Vector3d& p);
 

@@ -266,11 +266,17 @@ std::vector<char> Surfaces::changed(const Segmentation& segmentation) const {
   return flags;
 }
 
-void Surfaces::settle_tiling(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char> bones, int threads) const {
+bool Surfaces::tile(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char>& bones) const {
   const std::vector<std::int16_t> before = segmentation.owner;
   make_tiling(target_, core, int(bones.size()), segmentation.owner, growing(segmentation));
+  bool any = false;
   for (std::size_t i : target_.inside)
-    if (before[i] != segmentation.owner[i]) bones[std::size_t(before[i])] = bones[std::size_t(segmentation.owner[i])] = 1;
+    if (before[i] != segmentation.owner[i]) bones[std::size_t(before[i])] = bones[std::size_t(segmentation.owner[i])] = any = true;
+  return any;
+}
+
+void Surfaces::settle_tiling(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char> bones, int threads) const {
+  tile(segmentation, core, bones);
   settle(segmentation, {}, threads, bones);
 }
 

@@ -27,6 +27,9 @@ class Surfaces {
   /// @param bones  flags of those whose level set or samples changed; empty: all
   void settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads, const std::vector<char>& bones = {}) const;
 
+  /// Makes a tiling of owners again, and flags the bones that this changed besides those that are flagged; tells whether there were any.
+  bool tile(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char>& bones) const;
+
   /// Owners that samples of some bones were handed to made a tiling again, and the level sets of those bones settled, with any that the tiling changed.
   void settle_tiling(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char> bones, int threads) const;
 

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "segmentation/directed.h"
 #include "segmentation/joint.h"
 #include "segmentation/lattice.h"
 #include "segmentation/layers.h"
@@ -25,8 +24,9 @@ using namespace segmentation_inner;
 constexpr double kNoCollision = 5e-5;   // of the target's volume
 constexpr double kLeft = 0.8e-4;        // the same, what may be left after rounding
 constexpr double kWorth = 40;           // volume that may be moved to be rid of one unit of mean overlap
+constexpr double kWorthAtLast = 400;    // the same of what rounding leaves: small joints that meet head-on, with whole parts behind them
 constexpr int kRough = 2;               // passes before rounding: a joint's transfer may touch one that was settled before
-constexpr int kPasses = 4;              // those after rounding mend what it could not
+constexpr int kPasses = 6;              // those after rounding mend what it could not
 
 struct Candidate {
   std::vector<std::int16_t> owner;
@@ -39,12 +39,17 @@ struct Candidate {
 class Transfer {
  public:
   Transfer(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
-           const TransferOptions& options, const std::map<int, TransferDirection>& direction_of)
+           const TransferOptions& options)
       : result_(segmentation), target_(target), skeleton_(skeleton_of_edited(character, target, embedding, segmentation)), surfaces_(target),
-        options_(options), direction_of_(direction_of), touched_(character.bones.size(), 1), bones_(int(character.bones.size())), voxel_(std::pow(segmentation.shape.step, 3)) {}
+        options_(options), touched_(character.bones.size(), 1), bones_(int(character.bones.size())), voxel_(std::pow(segmentation.shape.step, 3)) {}
 
   void round_off(const std::vector<Joint>& joints) { round_joints(result_, target_, skeleton_, surfaces_, joints, options_.threads); }
   void part(const std::vector<Joint>& joints) { part_layers(result_, target_, skeleton_, surfaces_, joints, options_.threads); }
+
+  void round_outside_and_part(const std::vector<Joint>& joints) {
+    round_outside(result_, target_, skeleton_, surfaces_, joints, options_.threads);
+    part(joints);
+  }
 
   double overlap(const Joint& joint) const { return collisions(result_, target_, joint, true).mean; }
 
@@ -63,13 +68,13 @@ class Transfer {
     const Collisions found = collisions(result_, target_, joint, true);
     if (found.mean <= kLeft * target_.volume) return;
     for (Candidate& candidate : candidates(joint, found)) {
-      if (candidate.score >= kWorth * (found.mean - tolerance())) return;
+      if (candidate.score >= kWorthAtLast * (found.mean - tolerance())) return;
       const Candidate tried = candidate;
       const Segmentation before = result_;
       const std::vector<char> touched = touched_;
       take(joint, std::move(candidate));
       round_off({joint});
-      if (tried.moved < kWorth * (found.mean - overlap(joint))) return tell(tried, report);
+      if (tried.moved < kWorthAtLast * (found.mean - overlap(joint))) return tell(tried, report);
       result_ = before, touched_ = touched;
     }
   }
@@ -101,7 +106,6 @@ class Transfer {
   Skeleton skeleton_;
   Surfaces surfaces_;
   const TransferOptions& options_;
-  const std::map<int, TransferDirection>& direction_of_;
   std::vector<char> touched_;   // bones whose part was changed since the pass before
   int bones_;
   double voxel_;
@@ -150,8 +154,8 @@ Candidate Transfer::make(const Joint& joint, const Collisions& found, bool child
 // All ways that were asked for and change anything, the best first.
 std::vector<Candidate> Transfer::candidates(const Joint& joint, const Collisions& found) const {
   std::vector<Candidate> all;
-  const auto given = direction_of_.find(joint.child);
-  const TransferDirection direction = given == direction_of_.end() ? options_.direction : given->second;
+  const auto given = options_.direction_of.find(joint.child);
+  const TransferDirection direction = given == options_.direction_of.end() ? options_.direction : given->second;
   for (bool child_to_parent : {true, false}) {
     if (direction == (child_to_parent ? TransferDirection::kParentToChild : TransferDirection::kChildToParent)) continue;
     if (!result_.may_grow(child_to_parent ? joint.parent : joint.child)) continue;
@@ -187,29 +191,23 @@ void Transfer::take(const Joint& joint, Candidate candidate) {
     if (before[i] != result_.owner[i]) touched_[before[i]] = touched_[result_.owner[i]] = 1;
 }
 
-void check(const TransferOptions& options, const std::map<int, TransferDirection>& direction_of, int bones) {
+void check(const TransferOptions& options, int bones) {
   if (options.samples < 2 || options.samples > 10000) throw InvalidInput("transfer: the number of samples must be 2 to 10000");
   if (options.threads < 0) throw InvalidInput("transfer: the number of threads must be 0 (all cores) or more");
-  for (const auto& [bone, direction] : direction_of)
+  for (const auto& [bone, direction] : options.direction_of)
     if (bone < 1 || bone >= bones) throw InvalidInput("transfer: a direction names a bone that does not exist or has no parent");
 }
 
 }  // namespace
 
+// Leaves first: what a joint hands to its parent is then there when the parent's own joint is looked at.
 Segmentation transfer(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
                       const std::vector<JointRange>& ranges, const TransferOptions& options, const Progress& progress,
                       std::vector<TransferResult>* results) {
-  return transfer_directed(segmentation, character, target, embedding, ranges, options, {}, progress, results);
-}
-
-// Leaves first: what a joint hands to its parent is then there when the parent's own joint is looked at.
-Segmentation transfer_directed(const Segmentation& segmentation, const Character& character, const Target& target, const Embedding& embedding,
-                               const std::vector<JointRange>& ranges, const TransferOptions& options, const std::map<int, TransferDirection>& direction_of,
-                               const Progress& progress, std::vector<TransferResult>* results) {
-  check(options, direction_of, int(character.bones.size()));
+  check(options, int(character.bones.size()));
   if (!(segmentation.shape == target.distance.shape) || segmentation.phi.size() != character.bones.size())
     throw InvalidInput("transfer: the segmentation belongs to another character, target or resolution; segment again");
-  Transfer work(segmentation, character, target, embedding, options, direction_of);
+  Transfer work(segmentation, character, target, embedding, options);
   const std::vector<Joint> joints = joints_of(character, embedding, ranges, options.samples);
   std::vector<TransferResult> reports(joints.size());
   tbb::task_arena arena(arena_size(options.threads));
@@ -232,7 +230,7 @@ Segmentation transfer_directed(const Segmentation& segmentation, const Character
     }
     touched = work.touched();
   }
-  if (options.round_off) work.part(with(touched));
+  if (options.round_off) work.round_outside_and_part(joints);
   if (results) {
     arena.execute([&] {
       for (std::size_t k = 0; k < joints.size(); ++k) reports[k].left_overlap = work.overlap(joints[k]);

@@ -270,23 +270,27 @@ TEST(Embed, BringsTheNamedBoneToAPaintedRegion) {
   const Target target = box_target(half, 24);
   const Character character = chain(4, 0.12, 0.018, {0, -2, 2});
   EmbeddingOptions options = quick();
-  double named = 0;  // without the wish the four would share the region: a quarter each
+  const std::vector<double> free = shares_at_end(character, target, embed(character, target, options, {}));
+  int brought = 0;
   for (int bone = 0; bone < 4; ++bone) {
     SCOPED_TRACE(bone);
     options.painted = {end_of_box(half, bone)};
     const Embedding e = embed(character, target, options, {});
-    named += shares_at_end(character, target, e)[std::size_t(bone)] / 4;
-    EXPECT_LT(e.deepest_protrusion, target.distance.shape.step);
+    EXPECT_GT(shares_at_end(character, target, e)[std::size_t(bone)], 0.65);
+    EXPECT_LT(e.missed, target.distance.shape.step);
+    EXPECT_LT(e.deepest_protrusion, 0.1 * target.distance.shape.step);
+    EXPECT_LT(e.deepest_collision, 0.1 * target.distance.shape.step);
+    brought += free[std::size_t(bone)] < 0.3;
   }
-  EXPECT_GT(named, 0.5);
+  EXPECT_GE(brought, 2) << "of which most were not there by themselves";
 }
 
 TEST(Embed, BringsAnyOneBoneToARegionThatIsToBeKeptWhole) {
   const Vector3d half(0.25, 0.1, 0.1);
   const Target target = box_target(half, 24);
   const Character character = chain(6, 0.08, 0.015, {0, -2, 2});
-  double missed = 0, missed_unasked = 0, largest = 0;  // of several searches, which have more or less luck
-  for (const std::uint64_t seed : {0, 1, 2, 3}) {
+  for (const std::uint64_t seed : {0, 1}) {
+    SCOPED_TRACE(seed);
     EmbeddingOptions options = quick();
     options.seed = seed;
     const Embedding free = embed(character, target, options, {});
@@ -294,13 +298,12 @@ TEST(Embed, BringsAnyOneBoneToARegionThatIsToBeKeptWhole) {
     options.painted = {end_of_box(half, -1)};
     const Embedding whole = embed(character, target, options, {});
     options.evaluations = 1;
-    missed += whole.missed;
-    missed_unasked += embed(character, target, options, {}, free).missed;  // the same pose, now measured by what is asked
-    const std::vector<double> share = shares_at_end(character, target, whole);
-    largest += *std::max_element(share.begin(), share.end()) / 4;
+    const Embedding unasked = embed(character, target, options, {}, free);  // the same pose, now measured by what is asked
+    EXPECT_LT(whole.missed, 0.7 * unasked.missed);
+    const std::vector<double> before = shares_at_end(character, target, free), after = shares_at_end(character, target, whole);
+    EXPECT_LT(*std::max_element(before.begin(), before.end()), 0.75);
+    EXPECT_GT(*std::max_element(after.begin(), after.end()), 0.85);
   }
-  EXPECT_LT(missed, missed_unasked);
-  EXPECT_GT(largest, 0.5);
 }
 
 TEST(Embed, IsNotChangedByARegionWithoutArea) {

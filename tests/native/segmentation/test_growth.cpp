@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "segmentation/cases.h"
+#include "segmentation/lattice.h"
+#include "segmentation/skeleton.h"
 
 namespace transformables {
 namespace {
@@ -166,6 +168,32 @@ TEST(Growth, StopsWhenAsked) {
   const Progress stop{[&](double, std::string_view) { return ++calls < 4; }};
   EXPECT_THROW(grow(posed.character, target, posed.embedding, {}, stop), Cancelled);
   EXPECT_EQ(calls, 4);
+}
+
+TEST(Growth, GivesEveryBoneItsWholeSkeleton) {
+  const auto targets = some_targets();
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE(seed);
+    const Target& target = targets[seed % 3];
+    const Posed posed = random_pose(target, seed);
+    const Segmentation s = grown(posed, target);
+    const auto skeleton = segmentation_inner::skeleton_on_lattice(posed.character, target, posed.embedding);
+    const auto is_in = [&](int b, std::size_t i) {
+      return segmentation_inner::distance_to_bone(skeleton, b, s.shape.position(i)) < -0.1 * skeleton.shapes[b].radius;
+    };
+    std::size_t of_one = 0, lost = 0;   // samples well within one bone's skeleton and no other's, nor on another's axis
+    for (std::size_t i : target.inside) {
+      int holder = -1, holders = 0;
+      for (int b = 0; b < int(posed.character.bones.size()); ++b)
+        if (is_in(b, i)) holder = b, ++holders;
+      if (holders != 1 || (skeleton.core[i] >= 0 && skeleton.core[i] != holder)) continue;
+      bool hangs_on = false;   // another's axis may cut a corner off
+      segmentation_inner::for_neighbours(s.shape, i, [&](std::size_t n) { hangs_on |= s.owner[n] == holder && is_in(holder, n); });
+      ++of_one, lost += hangs_on && s.owner[i] != holder;
+    }
+    EXPECT_GT(of_one, 100u);
+    EXPECT_EQ(lost, 0u) << "of " << of_one;
+  }
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ TEST(Rounding, MakesPartsThatSlideFitAtEveryAngle) {
     expect_tiling(after, posed, target);
     const double was = overlap(before, posed, target, ranges), is = overlap(after, posed, target, ranges);
     EXPECT_GT(was, 5e-4);
-    EXPECT_LT(is, 1e-4);
+    EXPECT_LT(is, 6e-5);
     EXPECT_LT(is, 0.1 * was);
     for (std::size_t i : target.inside)
       if (before.owner[i] != after.owner[i] && std::abs(before.shape.position(i).z()) > 0.02) {
@@ -60,7 +60,7 @@ TEST(Rounding, PartsThinLayersOfAJointThatHardlyTurns) {
     expect_tiling(after, posed, target);
     const double was = overlap(before, posed, target, ranges), is = overlap(after, posed, target, ranges);
     EXPECT_GT(was, 1e-4) << angle;
-    EXPECT_LT(is, 8e-5) << angle << ", " << was;
+    EXPECT_LT(is, 6e-5) << angle << ", " << was;
   }
 }
 

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include "segmentation/cases.h"
-#include "segmentation/directed.h"
 
 namespace transformables {
 namespace {
@@ -84,8 +83,9 @@ TEST(Transfer, GoesTheWayThatIsAskedOfASingleJoint) {
   const Posed posed = half_boxes(target, 0.3 * kThickness);
   for (TransferDirection wanted : {TransferDirection::kChildToParent, TransferDirection::kParentToChild}) {
     std::vector<TransferResult> results;
-    const Segmentation after = transfer_directed(cut_in_halves(posed, target), posed.character, target, posed.embedding, {{1, 0, 0, M_PI / 2}}, {},
-                                                 {{1, wanted}}, {}, &results);
+    TransferOptions options;
+    options.direction_of = {{1, wanted}};
+    const Segmentation after = transfer(cut_in_halves(posed, target), posed.character, target, posed.embedding, {{1, 0, 0, M_PI / 2}}, options, {}, &results);
     expect_tiling(after, posed, target);
     EXPECT_GT(results.at(0).moved_volume, 0);
     EXPECT_EQ(results[0].child_to_parent, wanted == TransferDirection::kChildToParent);
@@ -152,8 +152,11 @@ TEST(Transfer, RefusesBadRangesAndOptionsAndStopsWhenAsked) {
   TransferOptions few;
   few.samples = 1;
   EXPECT_THROW(with({1, 0, 0, 1}, few), InvalidInput);
-  for (int nobody : {0, 2})
-    EXPECT_THROW(transfer_directed(s, posed.character, target, posed.embedding, {{1, 0, 0, 1}}, {}, {{nobody, TransferDirection::kChildToParent}}, {}), InvalidInput);
+  for (int nobody : {0, 2}) {
+    TransferOptions directed;
+    directed.direction_of = {{nobody, TransferDirection::kChildToParent}};
+    EXPECT_THROW(with({1, 0, 0, 1}, directed), InvalidInput);
+  }
   TransferOptions threads;
   threads.threads = -1;
   EXPECT_THROW(with({1, 0, 0, 1}, threads), InvalidInput);
