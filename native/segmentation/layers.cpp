@@ -148,7 +148,7 @@ void part_layers(Segmentation& segmentation, const Target& target, const Skeleto
   if (parted.empty()) return;
   std::vector<char> bones = bones_of(parted, segmentation.phi.size());
   if (!surfaces.tile(segmentation, skeleton.core, bones)) return;
-  surfaces.settle(segmentation, {}, threads, bones);
+  surfaces.settle(segmentation, {}, threads);
   round_outside(segmentation, target, skeleton, surfaces, joints, threads);
   arena.execute([&] {
     for (const Joint& joint : parted) Layers(segmentation, target, skeleton, joint, held).part(false);
