@@ -3,7 +3,7 @@
 
 Events that `poll` gives, in order:
     {"kind": "progress", "stage", "fraction" (of the stage, 0 to 1), "note"}
-    {"kind": "pose", "root", "angles", "morphology", "terms", "points"}    points: world space, two a line
+    {"kind": "pose", "root", "angles", "morphology", "terms", "value", "points"}    value: what poses rank by; points: world space, two a line
     {"kind": "warning", "text"}
     {"kind": "result", "result": dict, "arrays": {name: (typecode, bytes)}}        the last one
     {"kind": "error", "type", "text", "details" (sometimes)}                      or this is the last one

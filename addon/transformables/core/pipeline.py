@@ -367,7 +367,7 @@ class Run:
 
     def _tell_pose(self, embedding):
         self.tell.pose({"root": list(embedding.root), "angles": list(embedding.angles), "morphology": list(embedding.morphology),
-                        "terms": dict(embedding.terms), "points": self._points(embedding)})
+                        "terms": dict(embedding.terms), "value": embedding.value, "points": self._points(embedding)})
 
     def _echo(self):
         return {name: self.arrays[name] for name in ECHOED if name in self.arrays}
