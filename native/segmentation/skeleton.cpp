@@ -32,6 +32,15 @@ double rooms_distance(const Skeleton& skeleton, int bone, const Eigen::Vector3d&
   return least;
 }
 
+// The first and the last sample of a box that holds a bone's shape.
+std::pair<Eigen::Vector3i, Eigen::Vector3i> box_of(const Skeleton& skeleton, const GridShape& shape, int bone) {
+  Eigen::AlignedBox3d box;
+  for (const Segment& s : skeleton.shapes[bone].capsules) box.extend(skeleton.frames[bone] * s.a), box.extend(skeleton.frames[bone] * s.b);
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(skeleton.shapes[bone].radius);
+  const Eigen::Vector3i last = shape.size - Eigen::Vector3i::Ones();
+  return {shape.nearest(box.min() - reach).cwiseMax(0).cwiseMin(last), shape.nearest(box.max() + reach).cwiseMax(0).cwiseMin(last)};
+}
+
 // Samples along a segment, each a face neighbour of the one before.
 std::vector<Eigen::Vector3i> rasterised(const GridShape& shape, const Segment& s) {
   const int parts = std::max(1, int(std::ceil((s.b - s.a).norm() / (0.25 * shape.step))));
@@ -223,14 +232,22 @@ Skeleton skeleton_of_edited(const Character& character, const Target& target, co
 std::vector<std::int16_t> whole_skeletons(const Skeleton& skeleton, const Target& target) {
   const GridShape& shape = target.distance.shape;
   std::vector<std::int16_t> whole = skeleton.core, deepest(whole.size(), -1);
+  std::vector<double> least(whole.size(), std::numeric_limits<double>::lowest());   // of samples outside, and in a core: they are not to be had
   std::vector<std::size_t> found;
-  for (std::size_t i : target.inside) {
+  for (std::size_t i : target.inside)
     if (whole[i] >= 0) found.push_back(i);
-    double least = 0;
-    for (int b = 0; whole[i] < 0 && b < int(skeleton.shapes.size()); ++b) {
-      const double d = distance_to_bone(skeleton, b, shape.position(i)) + (1 - kProtectedShare) * skeleton.shapes[b].radius;
-      if (d < least) least = d, deepest[i] = std::int16_t(b);
-    }
+    else least[i] = 0;
+  for (int b = 0; b < int(skeleton.shapes.size()); ++b) {
+    const auto [low, high] = box_of(skeleton, shape, b);
+    Eigen::Vector3i c;
+    for (c.z() = low.z(); c.z() <= high.z(); ++c.z())
+      for (c.y() = low.y(); c.y() <= high.y(); ++c.y())
+        for (c.x() = low.x(); c.x() <= high.x(); ++c.x()) {
+          const std::size_t i = shape.index(c);
+          if (least[i] < -skeleton.shapes[b].radius) continue;
+          const double d = distance_to_bone(skeleton, b, shape.position(c)) + (1 - kProtectedShare) * skeleton.shapes[b].radius;
+          if (d < least[i]) least[i] = d, deepest[i] = std::int16_t(b);
+        }
   }
   for (std::size_t k = 0; k < found.size(); ++k)
     for_neighbours(shape, found[k], [&](std::size_t n) {
