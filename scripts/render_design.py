@@ -77,6 +77,9 @@ def main():
     scene.render.resolution_x, scene.render.resolution_y = args.size
     scene.render.resolution_percentage = 100
     scene.render.image_settings.file_format = "PNG"
+    for name in dir(scene.render):  # what Blender would write into the pictures: the file's path, its host and such
+        if name.startswith("use_stamp_"):
+            setattr(scene.render, name, False)
     shading = scene.display.shading
     shading.light, shading.color_type = "STUDIO", "OBJECT"
     shading.show_cavity, shading.show_shadows = True, True
