@@ -2,6 +2,7 @@
 // Usage: TRANSFORMABLES_SHARED=DIR explore_pair TARGET CHARACTER COUNT; the characters are those that tests/native/write_characters.py has written.
 #include <tbb/info.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <ctime>
@@ -10,6 +11,7 @@
 #include "embedding/difference.h"
 #include "embedding/embedding.h"
 #include "embedding/evaluator.h"
+#include "embedding/search.h"
 #include "pairs.h"
 
 namespace {
@@ -33,12 +35,6 @@ double least_difference(const reference::Case& made, const std::vector<Embedding
   return least;
 }
 
-/// Inside to a voxel, and no two capsules in one another by more than a tenth of that.
-int sound(const reference::Case& made, const std::vector<Embedding>& found) {
-  const double step = made.target.distance.shape.step;
-  return int(std::count_if(found.begin(), found.end(), [&](const Embedding& e) { return e.deepest_protrusion < step && e.deepest_collision < 0.1 * step; }));
-}
-
 }  // namespace
 
 int main(int count, char** words) try {
@@ -56,7 +52,9 @@ int main(int count, char** words) try {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - began;
   double loads[1] = {0};
   if (getloadavg(loads, 1) != 1) loads[0] = -1;
-  std::cout << "{\"pair\": \"" << made.name << "\", \"wanted\": " << wanted.count << ", \"found\": " << found.size() << ", \"sound\": " << sound(made, found)
+  const double step = made.target.distance.shape.step;
+  const auto sound = std::count_if(found.begin(), found.end(), [&](const Embedding& e) { return is_sound(e, step); });
+  std::cout << "{\"pair\": \"" << made.name << "\", \"wanted\": " << wanted.count << ", \"found\": " << found.size() << ", \"sound\": " << sound
             << ", \"least_difference_pct\": " << 100 * least_difference(made, found) << ", \"best\": " << found.front().value << ", \"last\": " << found.back().value
             << ", \"seconds\": " << wall.count() << ", \"cpu_seconds\": " << cpu << ", \"cores\": " << tbb::info::default_concurrency() << ", \"load\": " << loads[0] << "}\n";
 } catch (const std::exception& error) {
