@@ -37,26 +37,26 @@ std::vector<Search::Candidate> Search::screened(std::size_t count) {
   return best;
 }
 
-/// Downhill as Descent sees it; of the poses on the way that one is kept which is best on the whole.
-void Search::descend(Candidate& candidate, int steps) {
+/// Downhill from a place as Descent sees it; the best pose on the way takes the candidate's place when it is better on the whole.
+void Search::descend(Candidate& candidate, Eigen::VectorXd y, int steps) {
   Worker& worker = workers_.local();
-  const auto height = [&](const Eigen::VectorXd& y, double& value) {
-    unknowns_.read(y, candidate.start, worker.pose, worker.morphology);
-    const Evaluation evaluation = worker.coarse(worker.pose, worker.morphology);
-    value = value_of(evaluation, worker.coarse.skeleton());
+  const auto height = [&](const Eigen::VectorXd& at) {
+    unknowns_.read(at, candidate.start, worker.pose, worker.morphology);
+    Evaluation evaluation = worker.coarse.without_flood(worker.pose, worker.morphology);
+    const double beside = value_of(evaluation, worker.coarse.skeleton());
+    worker.coarse.add_flood(worker.pose, evaluation, candidate.value - beside);
     const ObjectiveTerms& terms = evaluation.terms;
-    return value - options_.weights.skin * terms.skin - options_.weights.unfold * terms.unfold;
+    if (const double value = beside + terms.total; value < candidate.value) {
+      candidate.value = value;
+      candidate.y = at;
+    }
+    return beside + terms.total - options_.weights.skin * terms.skin - options_.weights.unfold * terms.unfold;
   };
-  Eigen::VectorXd y = candidate.y;
-  double value, damping = kDamping, here = height(y, candidate.value);
+  double damping = kDamping, here = height(y);
   worker.descent.look(worker.coarse, y, candidate.start);
   for (int k = 0; k < steps && damping <= kMostDamping; ++k) {
     const Eigen::VectorXd next = y + worker.descent.step(damping);
-    const double there = height(next, value);
-    if (value < candidate.value) {
-      candidate.value = value;
-      candidate.y = next;
-    }
+    const double there = height(next);
     if (!(there < here)) {
       damping *= kStiffened;
       continue;
@@ -70,23 +70,25 @@ void Search::descend(Candidate& candidate, int steps) {
   }
 }
 
-void Search::descend(std::vector<Candidate>& candidates, int steps) {
-  for_each_in_pieces(candidates, steps, true, [&](Candidate& candidate) { descend(candidate, steps); });
+void Search::descend(std::vector<Candidate>& candidates, const std::vector<Eigen::VectorXd>& from, int steps) {
+  for_each_in_pieces(candidates, steps, true, [&](std::size_t k) { descend(candidates[k], from[k], steps); });
 }
 
 /// A limb anew, or another's, or a little of everything.
-void Search::change(Candidate& candidate, const std::vector<Candidate>& all, Random& random) const {
+Eigen::VectorXd Search::changed(const Eigen::VectorXd& from, const std::vector<Candidate>& all, Random& random) const {
   const std::vector<int>& bones = unknowns_.bones();
-  const Eigen::Index root = unknowns_.root_count(), own = candidate.y.size() - root;
+  const Eigen::Index root = unknowns_.root_count(), own = from.size() - root;
   const double kind = random.uniform();
+  Eigen::VectorXd y = from;
   if (own == 0 || kind >= kNewLimb + kTakenLimb) {
-    for (double& number : candidate.y) number += kShaken * random.normal();
-    return;
+    for (double& number : y) number += kShaken * random.normal();
+    return y;
   }
   const int limb = bones[std::size_t(root) + std::size_t(random.uniform() * double(own))];
   const Candidate& other = all[std::size_t(random.uniform() * double(all.size()))];
-  for (Eigen::Index u = root; u < candidate.y.size(); ++u)
-    if (is_below(bones[std::size_t(u)], limb)) candidate.y[u] = kind < kNewLimb ? random.uniform(-kWithinLimb, kWithinLimb) : other.y[u];
+  for (Eigen::Index u = root; u < y.size(); ++u)
+    if (is_below(bones[std::size_t(u)], limb)) y[u] = kind < kNewLimb ? random.uniform(-kWithinLimb, kWithinLimb) : other.y[u];
+  return y;
 }
 
 bool Search::is_below(int bone, int ancestor) const {
@@ -96,14 +98,12 @@ bool Search::is_below(int bone, int ancestor) const {
 
 void Search::hop(std::vector<Candidate>& candidates) {
   for (int hop = 0; hop < kHops; ++hop) {
-    std::vector<Candidate> changed = candidates;
-    for (std::size_t k = 0; k < changed.size(); ++k) {
+    std::vector<Eigen::VectorXd> from;
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
       Random random(options_.seed * 7919 + 104729 * std::uint64_t(hop) + k);
-      change(changed[k], candidates, random);
+      from.push_back(changed(candidates[k].y, candidates, random));
     }
-    descend(changed, kStepsAfter);
-    for (std::size_t k = 0; k < changed.size(); ++k)
-      if (changed[k].value < candidates[k].value) candidates[k] = std::move(changed[k]);
+    descend(candidates, from, kStepsAfter);
   }
 }
 
@@ -114,7 +114,12 @@ long Search::planned_for_beginnings(std::size_t starts, std::size_t kept) {
 /// @param kept  of so many starts
 std::vector<Search::Candidate> Search::beginnings(std::size_t starts, std::size_t kept) {
   std::vector<Candidate> candidates = screened(starts);
-  descend(candidates, kSteps);
+  std::vector<Eigen::VectorXd> from;
+  for (Candidate& candidate : candidates) {
+    from.push_back(candidate.y);
+    candidate.value = std::numeric_limits<double>::infinity();
+  }
+  descend(candidates, from, kSteps);
   std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.value < b.value; });
   candidates.resize(std::min(starts, kept));
   hop(candidates);

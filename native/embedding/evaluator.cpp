@@ -72,19 +72,24 @@ Evaluation Evaluator::operator()(const Pose& pose, const Morphology& morphology)
   return result;
 }
 
-void Evaluator::add_flood(const Pose& pose, Evaluation& evaluation) {
+void Evaluator::add_flood(const Pose& pose, Evaluation& evaluation, double most) {
   ObjectiveTerms& terms = evaluation.terms;
-  if (plant_seeds()) {
+  const bool planted = plant_seeds();
+  if (planted) {
     flood(*voxels_, field_.data(), rows_);
-    add_boundaries(pose, terms);
-    if (weights_.unfold > 0) terms.unfold = unfolding_(skeleton_, pose, field_);
+    boundary_.find(*voxels_, field_.data());
+    terms.compact = compact();
   } else {
     terms.compact = compact_without_seeds();
     terms.unfold = weights_.unfold > 0;  // nothing is there to be moved
   }
-  terms.total = weights_.compact * terms.compact + weights_.skin * terms.skin + weights_.skeleton * terms.skeleton +
-                weights_.protrude * terms.protrude + weights_.limits * terms.limits + weights_.morphology * terms.morphology;
-  if (weights_.unfold > 0) terms.total += weights_.unfold * terms.unfold;
+  terms.total = weights_.compact * terms.compact + weights_.skeleton * terms.skeleton + weights_.protrude * terms.protrude +
+                weights_.limits * terms.limits + weights_.morphology * terms.morphology;
+  if (planted && terms.total < most) {
+    terms.skin = skin(pose);
+    if (weights_.unfold > 0) terms.unfold = unfolding_(skeleton_, pose, field_);
+  }
+  terms.total += weights_.skin * terms.skin + weights_.unfold * terms.unfold;
 }
 
 void Evaluator::add_limits(const Pose& pose, ObjectiveTerms& terms) const {
@@ -201,26 +206,31 @@ int Evaluator::nearest_bone(const Eigen::Vector3d& p) const {
   return best;
 }
 
-// Eqs. 2 and 3 over the voxels on the boundary of parts: those next to the outside or to another bone's.
-void Evaluator::add_boundaries(const Pose& pose, ObjectiveTerms& terms) {
+/// Eq. 2 over the voxels on the boundary of parts: those next to the outside or to another bone's.
+double Evaluator::compact() const {
   const Voxels& vox = *voxels_;
-  double compact = 0, skin = 0;
-  boundary_.find(vox, field_.data());
+  double sum = 0;
   for (std::size_t k = 0; k < boundary_.sample_count(); ++k) {
     const Boundary::Sample& at = boundary_.samples()[k];
-    compact += compact_sample(vox.position(vox.rows[std::size_t(at.row)], at.cell), boundary_.label(at.cell));
+    sum += compact_sample(vox.position(vox.rows[std::size_t(at.row)], at.cell), boundary_.label(at.cell));
   }
+  return vox.samples_weight * sum;
+}
+
+/// Eq. 3 over those of them that lie next to their parent's.
+double Evaluator::skin(const Pose& pose) {
+  const Voxels& vox = *voxels_;
   interfaces_.clear();
   for (std::size_t k = 0; k < boundary_.interface_count(); ++k) {
     const Boundary::Interface& at = boundary_.interfaces()[k];
     const Voxels::Row& row = vox.rows[std::size_t(at.row)];
     interfaces_.add(boundary_.label(at.cell), vox.place(row, at.cell), at.faces, at.sampled);
   }
+  double sum = 0;
   interfaces_.for_each_sample([&](int child, const Eigen::Vector3d& place, const Eigen::Vector3d& normal) {
-    skin += joint_sample(pose, vox.position(place.x(), place.y(), place.z()), normal, child);
+    sum += joint_sample(pose, vox.position(place.x(), place.y(), place.z()), normal, child);
   });
-  terms.compact = vox.samples_weight * compact;
-  terms.skin = vox.samples_weight * skin;
+  return vox.samples_weight * sum;
 }
 
 /// A term of Eq. 2.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -31,8 +32,9 @@ class Evaluator {
 
   /// The cheap terms alone (compact, skin, unfold and the total stay 0): no flood.
   Evaluation without_flood(const Pose& pose, const Morphology& morphology);
-  /// The rest, when `without_flood` was called last, and with this pose.
-  void add_flood(const Pose& pose, Evaluation& evaluation);
+  /// The rest, when `without_flood` was called last, and with this pose. Where the total comes to `most` without L_skin and the
+  /// unfolding, those are left out, and stay 0.
+  void add_flood(const Pose& pose, Evaluation& evaluation, double most = std::numeric_limits<double>::infinity());
 
   /// Bone at each sample of target.distance after a whole evaluation, -1 outside.
   void read_labels(std::vector<std::int16_t>& labels) const;
@@ -54,7 +56,8 @@ class Evaluator {
   double protrusion(const Skeleton::PosedSegment& segment, int stations, double radius, double& sum_of_squares) const;
   bool plant_seeds();
   bool plant_segment(const Skeleton::PosedSegment& segment, int bone, double radius);
-  void add_boundaries(const Pose& pose, ObjectiveTerms& terms);
+  double compact() const;
+  double skin(const Pose& pose);
   double compact_without_seeds();
   double compact_sample(const Eigen::Vector3d& p, int bone) const;
   double joint_sample(const Pose& pose, const Eigen::Vector3d& p, const Eigen::Vector3d& normal, int child) const;

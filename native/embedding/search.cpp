@@ -126,7 +126,7 @@ double Search::value_of(const Evaluation& evaluation, const Skeleton& skeleton) 
 }
 
 void Search::evaluate(std::vector<Candidate>& candidates, bool watched) {
-  for_each_in_pieces(candidates, 1, watched, [&](Candidate& candidate) { candidate.value = value_of(workers_.local(), candidate); });
+  for_each_in_pieces(candidates, 1, watched, [&](std::size_t k) { candidates[k].value = value_of(workers_.local(), candidates[k]); });
 }
 
 Embedding Search::embedding_of(const Eigen::VectorXd& y, const StartPlace& start) {

@@ -74,10 +74,10 @@ class Search {
   std::vector<Candidate> beginnings(std::size_t starts, std::size_t kept);
   static long planned_for_beginnings(std::size_t starts, std::size_t kept);
   std::vector<Candidate> screened(std::size_t count);
-  void descend(std::vector<Candidate>& candidates, int steps);
-  void descend(Candidate& candidate, int steps);
+  void descend(std::vector<Candidate>& candidates, const std::vector<Eigen::VectorXd>& from, int steps);
+  void descend(Candidate& candidate, Eigen::VectorXd y, int steps);
   void hop(std::vector<Candidate>& candidates);
-  void change(Candidate& candidate, const std::vector<Candidate>& all, Random& random) const;
+  Eigen::VectorXd changed(const Eigen::VectorXd& y, const std::vector<Candidate>& all, Random& random) const;
   bool is_below(int bone, int ancestor) const;
 
   double breadth() const;
@@ -88,7 +88,7 @@ class Search {
   void watch(std::span<const Candidate> candidates);
   void show(const Eigen::VectorXd& y, const StartPlace& start);
   void evaluate(std::vector<Candidate>& candidates, bool watched);
-  /// Calls f(candidate) for each on all cores, in pieces, so that a stop is heard soon. When watched, the best of each piece is shown.
+  /// Calls f(k) for each candidate k on all cores, in pieces, so that a stop is heard soon. When watched, the best of each piece is shown.
   template <class F>
   void for_each_in_pieces(std::vector<Candidate>& candidates, long evaluations_each, bool watched, const F& f);
   double value_of(Worker& worker, const Candidate& candidate) const;
@@ -134,7 +134,7 @@ void Search::for_each_in_pieces(std::vector<Candidate>& candidates, long evaluat
   const std::size_t piece = a_core * std::size_t(arena_.max_concurrency());
   for (std::size_t begin = 0; begin < candidates.size(); begin += piece) {
     const std::size_t end = std::min(candidates.size(), begin + piece);
-    arena_.execute([&] { tbb::parallel_for(begin, end, [&](std::size_t k) { f(candidates[k]); }); });
+    arena_.execute([&] { tbb::parallel_for(begin, end, f); });
     evaluations_ += long(end - begin) * evaluations_each;
     if (watched) watch(std::span(candidates).subspan(begin, end - begin));
     tick();
