@@ -11,7 +11,6 @@ import importlib
 import os
 import signal
 import sys
-import tempfile
 import time
 import traceback
 import types
@@ -112,7 +111,7 @@ class _Stopped(Exception):
 class _Design:
     def __init__(self, arguments):
         self.began = time.perf_counter()
-        self.arguments, self.parts_folder = arguments, None
+        self.arguments = arguments
         self.errors = _import("core.options")
         self.options = self.errors.DesignOptions(
             resolution=arguments.resolution, seed=arguments.seed, symmetry=arguments.symmetry, simplify=arguments.simplify,
@@ -124,7 +123,8 @@ class _Design:
     def run(self):
         import bpy
         self.options.validate()
-        outputs = self._checked_outputs()
+        given = self.arguments
+        files = _import("bridge.output_files").OutputFiles({"output": given.output, "report": given.report, "certificate": given.certificate}, given.parts)
         character = self._named(bpy.context.scene, self.arguments.character, "character", "ARMATURE", "armature")
         target = self._named(bpy.context.scene, self.arguments.target, "target", "MESH", "mesh object")
         design = _import("bridge.design")
@@ -135,7 +135,7 @@ class _Design:
             made = design.apply(bpy.context, event["result"], event["arrays"], character, target, self.options)
             if stop.asked:
                 raise _Stopped
-            self._write(outputs, made["report"], event, made["rig"])
+            files.write(made["report"], event, made["rig"], self.began)
         return self._verdict(made["report"])
 
     def _do(self, message, arrays, stop):
@@ -183,73 +183,6 @@ class _Design:
             raise self.errors.UserError(f"the scene has no {words}: add one as the {role}")
         raise self.errors.UserError(f"the scene has {len(objects)} of kind {words}: give --{role} one of {_quoted(names)}")
 
-    def _checked_outputs(self):
-        """The files to write as {kind: absolute path}; each can be written, as far as can be known before the work."""
-        import bpy
-        outputs = {kind: os.path.abspath(bpy.path.abspath(path)) for kind, path in
-                   (("output", self.arguments.output), ("report", self.arguments.report), ("certificate", self.arguments.certificate))
-                   if path is not None}
-        if self.arguments.parts is not None:
-            self._check_parts_folder(os.path.abspath(bpy.path.abspath(self.arguments.parts)))
-        elif not outputs:
-            raise self.errors.UserError("nothing to write: give --output OUT.blend, --report OUT.json, or both")
-        for kind, path in outputs.items():
-            same = [f"--{k}" for k, p in outputs.items() if p == path]
-            if len(same) > 1:
-                raise self.errors.UserError(f"{same[0]} and {same[1]} are the same file {path}: give two")
-        for kind, path in outputs.items():
-            if os.path.isdir(path):
-                raise self.errors.UserError(f"--{kind} {path} is a folder: give a file's name")
-            if os.path.exists(path) and not os.access(path, os.W_OK):
-                raise self.errors.UserError(f"--{kind} {path} is write-protected: give another name")
-            try:
-                os.unlink(_temporary(path))
-            except OSError as error:
-                raise self.errors.UserError(f"--{kind} {path} can't be written ({error.strerror}): give a folder that exists "
-                                            "and that you may write to") from None
-        return outputs
-
-    def _check_parts_folder(self, folder):
-        """It is made at the end; that it can be made is found out now."""
-        above = folder
-        while not os.path.lexists(above):
-            above = os.path.dirname(above)
-        if not os.path.isdir(above) or not os.access(above, os.W_OK | os.X_OK):
-            raise self.errors.UserError(f"--parts {folder} can't be written: give a folder that you may write to")
-        self.parts_folder = folder
-
-    def _write(self, outputs, report, event, rig):
-        """All files beside their places first, then all into place: whoever looks finds the old or the new, never half."""
-        import bpy
-        ready = {}
-        try:
-            if "output" in outputs:
-                ready["output"] = _temporary(outputs["output"])
-                os.unlink(ready["output"])  # Blender would keep the empty file as a backup
-                bpy.ops.wm.save_as_mainfile(filepath=ready["output"], copy=True, check_existing=False)
-            report["seconds"]["total"] = time.perf_counter() - self.began
-            if "report" in outputs:
-                ready["report"] = _temporary(outputs["report"])
-                _import("core.report").write(ready["report"], report)
-            if "certificate" in outputs:
-                ready["certificate"] = _temporary(outputs["certificate"])
-                certificate = _import("core.certificate")
-                certificate.write(ready["certificate"], certificate.document(event["result"], event["arrays"]))
-            if self.parts_folder is not None:
-                printing = _import("bridge.printing")
-                printing.export(rig, self.parts_folder)
-                if rig.get(printing.PINS):
-                    printing.export(rig, self.parts_folder, "assembled")
-            for kind in list(ready):
-                os.replace(ready[kind], outputs[kind])
-                del ready[kind]
-        except (OSError, RuntimeError) as error:
-            raise self.errors.UserError(f"the design could not be written: {' '.join(str(error).split())}") from error
-        finally:
-            for path in ready.values():
-                if os.path.exists(path):
-                    os.unlink(path)
-
     def _verdict(self, report):
         say = f"design of {report['parts']} parts in {report['seconds']['total']:.1f} s"
         if report["certified"]:
@@ -296,22 +229,6 @@ class _Lines:
         self._stage, self._printed = event["stage"], now
         note = f" {event['note']}" if event["note"] else ""
         _say(f"{event['stage']}: {100 * event['fraction']:.0f} %{note}")
-
-
-def _temporary(path):
-    """A new empty file beside `path`, of the same kind."""
-    folder, name = os.path.split(path)
-    base, ending = os.path.splitext(name)
-    handle, temporary = tempfile.mkstemp(prefix=f".{base}-", suffix=ending, dir=folder)
-    os.close(handle)
-    os.chmod(temporary, 0o666 & ~_umask())
-    return temporary
-
-
-def _umask():
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _leave_edit_mode(context):

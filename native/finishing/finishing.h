@@ -60,8 +60,8 @@ struct MeshCheck {
 /// @param simple  the mesh is known not to meet itself: that, which takes longest, is not looked at again
 MeshCheck check(const TriangleMesh& mesh, bool simple = false);
 
-/// The surface where a sampled field is 0, as a closed manifold mesh without self-intersections (marching tetrahedra: each
-/// piece stays in its tetrahedron); negative is inside; the field must be positive all around the border.
+/// The surface where a sampled field is 0, as a closed manifold mesh without self-intersections (each piece is a part of a convex
+/// body's border, and stays in its cube of samples); negative is inside; the field must be positive all around the border.
 /// @throws InvalidInput when it is not.
 TriangleMesh isosurface(const Grid<float>& field);
 

@@ -7,6 +7,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "finishing/shared_surface.h"
+
 namespace transformables::finishing {
 namespace {
 
@@ -46,11 +48,12 @@ bool plausible(double volume, const PartField& field) {
   return std::abs(volume - expected) < 0.1 * expected + 50 * std::pow(field.shape().step, 3);
 }
 
-std::optional<Part> exact_part(const PartField& field, const CuttableTarget& target, const Eigen::Isometry3d& frame, double scale) {
+/// @param sharing  all parts, when they have their surfaces in common; null: this one alone
+std::optional<Part> exact_part(const PartField& field, const std::vector<PartField>* sharing, const CuttableTarget& target, const Eigen::Isometry3d& frame, double scale) {
   Grid<float> knife = cutter(field);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     for (float& v : knife.values) v += attempt > 0 ? kTighter * float(knife.shape.step) : 0;
-    auto cut = target.cut(isosurface(knife));
+    auto cut = target.cut(attempt == 0 && sharing ? shared_surface(knife, field, *sharing) : isosurface(knife));
     if (!cut || !round_and_tidy(*cut, frame.inverse(Eigen::Isometry), scale)) continue;
     Part part;
     part.bone = field.bone;
@@ -79,11 +82,14 @@ Mesher::Mesher(const Scene& scene, const Target& target)
   if (!obstacle_.empty()) cuttable_.reset();
 }
 
-Part Mesher::part_of(const PartField& field, std::size_t n) {
+Part Mesher::part_of(const std::vector<PartField>& fields, std::size_t n) {
+  const PartField& field = fields[n];
   if (inside_count(field.psi) == 0) return {};
   const Eigen::Isometry3d& frame = scene_.segmentation.frames[field.bone];
   if (cuttable_ && surface_[n] == Surface::kExact) {
-    if (auto exact = exact_part(field, *cuttable_, frame, scene_.lattice.scale)) return std::move(*exact);
+    // Parts that have a gap are each taken as carving knows them, by samples: sharper edges would come nearer to others than it thinks. Shells end where they are hollow, too.
+    const bool shared = scene_.lattice.gap == 0 && scene_.options.style == Style::kSolid;
+    if (auto exact = exact_part(field, shared ? &fields : nullptr, *cuttable_, frame, scene_.lattice.scale)) return std::move(*exact);
     surface_[n] = Surface::kCutFailed;
   }
   return level_set_part(field, frame, scene_.lattice.scale);
@@ -91,7 +97,7 @@ Part Mesher::part_of(const PartField& field, std::size_t n) {
 
 const std::vector<Part>& Mesher::mesh(const std::vector<PartField>& fields, const std::vector<char>& wanted) {
   tbb::parallel_for(std::size_t(0), fields.size(), [&](std::size_t n) {
-    if (wanted[n]) all_[n] = part_of(fields[n], n);
+    if (wanted[n]) all_[n] = part_of(fields, n);
   });
   kept_.clear();
   for (const Part& part : all_)

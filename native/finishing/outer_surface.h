@@ -30,7 +30,7 @@ class Mesher {
 
  private:
   enum class Surface : char { kExact, kCutFailed, kGivenUp };
-  Part part_of(const PartField& field, std::size_t n);
+  Part part_of(const std::vector<PartField>& fields, std::size_t n);
 
   const Scene& scene_;
   std::optional<CuttableTarget> cuttable_;

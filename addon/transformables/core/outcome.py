@@ -19,7 +19,7 @@ def of(run):
         "names": run.job.get("names", {}),
         "target": {**run.job.get("target", {}), "scale": target.scale, "centre": list(target.centre), "volume": target.volume,
                    "grid": list(target.grid), "mirror_axis": target.mirror_axis},
-        "embedding": run.stored.get("embedding") or run.solution(run.embedding), "solutions": run.solutions,
+        "embedding": run.stored.get("embedding") or run.poses.solution(run.embedding), "solutions": run.solutions,
         "path": None if run.path is None else _path(run), "seams": run.seams, "finishing": None if run.parts is None else _parts(run)}
 
 

@@ -6,7 +6,7 @@ A job is a dict: `options` (DesignOptions.as_dict()), `character` {names, parent
 `stored` {embedding, path, start, rival}, as an earlier result gave them: an embedding or a path that is there is not searched again,
 `start` is a pose to search from; `rival` a pose that is kept unless the search finds a better one; `steering` (core/steering.py) what the search leaves alone; `explore` {count, least_difference}: search
 for several poses (the result has them as `solutions`), and go on with the best; `names`, `target` and `warnings` go into the result.
-`edits` (optional) are the artist's edits of the segmentation, in order: {kind ("remove", "inhibit", "keep_whole", "assign", "move_seam", or one of GIVES: which part makes room at a bone's joint), bone and
+`edits` (optional) are the artist's edits of the segmentation, in order: {kind ("remove", "inhibit", "keep_whole", "assign", "move_seam", or one of wishes.GIVES: which part makes room at a bone's joint), bone and
 other (armature bones), name (for messages), thickness_mm, faces, from, to (names of arrays: corners of painted triangles, n x 9, places of a
 seam's points, n x 3, world units)}. Arrays: heads, tails, axes, vertices, rotation (float64), triangles (int32).
 """
@@ -14,15 +14,15 @@ import importlib
 import time
 from array import array
 
-from . import kinematics, outcome, schedule, steering, together
+from . import outcome, schedule, steering, together, wishes
 from .options import LONGEST_SIDE, DesignOptions, UserError
+from .poses import Poses
 from .rehearsal import Rehearsals
 
 UNTIL = ("embedding", "segmentation", "folding", "finishing")
 STAGES = ("character", "target", *UNTIL)
 PRINTED_RADIUS_MM = 3.5   # a pin of 3 mm with ears of 2 mm about it (FACTS: printing)
 PREVIEW_CLEARANCE_MM = 0.05
-GIVES = {"bone_gives": "to_parent", "parent_gives": "to_child"}
 TRIED = 3                  # folded poses, of which the one is taken that loses least to carving when it unfolds
 ELSEWHERE = 1_000_003      # added to the seed for a second search
 EVALUATIONS = 5000         # of the objective, for each
@@ -31,11 +31,7 @@ DIVISION = {"vertices": "d", "triangles": "i", "bones": "i"}   # its arrays, eac
 FINE = 96                  # voxels along the longest side, from which on a rehearsal takes too long: the best pose is taken as it is
 DIFFERENT = 0.15           # share of the target that goes to another bone, for poses to differ
 EXPANSIONS_A_SECOND = 150  # moves that the search for the fold's order may try, for each second of its target time: few enough for most machines
-TOUCHING_BONES = 1e-4       # target units: capsules that are less deep in one another do not collide
 ECHOED = ("heads", "tails", "axes", "rotation")  # sent back, so that a result can be applied by itself
-PROVED_AGAIN = 0.999       # of the gap that is proved, that joints which turn together must keep: proofs differ by rounding
-JOINED_TOLERANCE = 0.02    # of their gap, by which a proof of that may fall short of the truth
-JOINED_STEPS = 1_000_000   # comparisons of a pair, after which such a proof is given up: the moves stay one after the other
 
 
 class Cancelled(Exception):
@@ -119,15 +115,10 @@ class Run:
     def _embedding(self):
         scale = self.target.scale if self.options.fit == "off" else 0.0
         self.character = self.tn.fitted(self.raw_character, self.target, least_radius=self._least_radius(), scale=scale)
-        character = self.character
-        self.skeleton = kinematics.Skeleton(
-            character.members, character.parents, character.hinges, character.first_angle,
-            *(array("d", bytes(self._bytes(name))) for name in ("heads", "tails", "axes")))
-        edits = self.job.get("edits") or ()
-        self.edits = [self._native_edit(edit) for edit in edits if edit["kind"] not in GIVES]
-        self.directions = self._directions([edit for edit in edits if edit["kind"] in GIVES])
+        self.poses = Poses(self.tn, self.character, self.target, self.options.resolution, *(self._bytes(name) for name in ("heads", "tails", "axes")))
+        self._read_wishes(self.job.get("edits") or ())
         if self.stored.get("embedding"):
-            self.embedding = self._stored_embedding(self.stored["embedding"])
+            self.embedding = self.poses.native(self.stored["embedding"])
             return
         search = {"seed": self.options.seed, "symmetry": self.options.symmetry, "proportions": self.options.proportions,
                   "threads": self.options.threads, "progress": self._progress("embedding"), "best": self._tell_best, "trying": self._tell_pose,
@@ -144,10 +135,10 @@ class Run:
         if explore:
             found = self.tn.explore(self.character, self.target, count=int(explore["count"]), found=self.found.append,
                                     least_difference=float(explore["least_difference"]), **search)
-            self.solutions = [self.solution(embedding) for embedding in found]
+            self.solutions = [self.poses.solution(embedding) for embedding in found]
             self.embedding = found[0]
         elif start:
-            self.embedding = self.tn.embed(self.character, self.target, start=self._stored_embedding(start), **search)
+            self.embedding = self.tn.embed(self.character, self.target, start=self.poses.native(start), **search)
         else:
             self._search_and_rehearse(search)
 
@@ -157,12 +148,12 @@ class Run:
         found = sorted(self.found, key=lambda embedding: embedding.value) or [self.best]
         self.embedding = found[0]
         if self.job.get("explore"):
-            self.solutions = [self.solution(embedding) for embedding in found]
+            self.solutions = [self.poses.solution(embedding) for embedding in found]
 
     def _search_and_rehearse(self, search):
         """Some poses that differ, and of them (and a rival, should there be one) the one that loses least when it is rehearsed."""
         apart = steering.pairs_apart(self.job.get("steering") or {}, self._bodies())
-        rival = self._stored_embedding(self.stored["rival"]) if self.stored.get("rival") else None
+        rival = self.poses.native(self.stored["rival"]) if self.stored.get("rival") else None
         tried = TRIED if self.options.resolution < FINE or apart else 1
 
         def poses(**changed):
@@ -181,34 +172,25 @@ class Run:
     def _steering(self):
         wanted = self.job.get("steering") or {}
         pose = self.stored.get("start") or wanted.get("pose")
-        return steering.native_arguments(wanted, self.character, self._bodies(), self._stored_embedding(pose) if pose else None,
+        return steering.native_arguments(wanted, self.character, self._bodies(), self.poses.native(pose) if pose else None,
                                          lambda given: self.tn.bone_frames(self.character, given))
 
     def _bodies(self):
         """Of each bone's name, which body it is part of."""
         return {self.armature["names"][bone]: body for body, members in enumerate(self.character.members) for bone in members}
 
-    def solution(self, embedding):
-        """One embedding with what the artist wants to know of it: lines to draw it, and which bones are not as they should be."""
-        names = self.character.names
-        fit = self.tn.skeleton_fit(self.character, self.target, embedding)
-        least = LONGEST_SIDE / self.options.resolution
-        return {**outcome.embedding(embedding), "points": self._points(embedding),
-                "outside": [names[i] for i, depth in enumerate(fit["protrusion"]) if depth > least],
-                "colliding": [[names[i], names[j]] for i, j, depth in fit["collisions"] if depth > TOUCHING_BONES]}
+    def _read_wishes(self, wanted):
+        bodies = self._bodies()
+        names = {bone: self.character.names[body] for bone, body in bodies.items()}
+        self.edits = wishes.edits(self.tn, self.target, self.options, names, wanted, self._bytes)
+        self.directions, warnings = wishes.directions(wanted, bodies, self.character.parents)
+        self._warn(warnings)
 
     def _least_radius(self):
         """As thick as a printed joint needs, but no more than a bone's share of a slim target can hold."""
         share = (self.target.volume / len(self.raw_character.names)) ** (1 / 3)
         step = LONGEST_SIDE / self.options.resolution
         return max(min(self.options.target_units(PRINTED_RADIUS_MM), 0.2 * share), 0.87 * step)
-
-    def _stored_embedding(self, stored):
-        root, angles, morphology = stored["root"], stored["angles"], stored["morphology"]
-        if len(angles) != self.character.angle_count or len(morphology) != len(self.character.names):
-            raise UserError("the stored folded pose is for another character: run the embedding stage again")
-        return self.tn.Embedding(root=list(root), angles=list(angles), morphology=list(morphology),
-                                 symmetric=bool(stored.get("symmetric", False)))
 
     def _segmentation(self):
         if self.rehearsed:
@@ -229,17 +211,6 @@ class Run:
         return self.tn.transfer(segmentation, self.character, target, embedding, method=self.options.transfer, direction_of=self.directions,
                                 round_off=round_off, threads=self.options.threads, progress=progress)
 
-    def _directions(self, edits):
-        """Of a body's joint with its parent, which of the two gives material to the other."""
-        directions = {}
-        for edit in edits:
-            body = self._bodies().get(edit["bone"])
-            if body is None or self.character.parents[body] < 0:
-                self._warn([f"Which part gives room at the joint of '{edit['bone']}' was left out: this character has no such joint"])
-            else:
-                directions[body] = GIVES[edit["kind"]]
-        return directions
-
     def _trace_surface(self):
         """How the target's surface is divided, and the seams there, as edits find them when they are replayed: before folding has its say."""
         for seam in self.tn.seams(self.segmentation, self.target):
@@ -258,20 +229,6 @@ class Run:
         self._warn(report)
         self._trace_surface()
         self.segmentation = self._transferred(self.segmentation, self.embedding, self.target, self._progress("segmentation", 0.9, 1.0))
-
-    def _native_edit(self, edit):
-        painted, start, end = (self._bytes(edit[key]) if key in edit else b"" for key in ("faces", "from", "to"))
-        return self.tn.make_edit(self.target, kind=edit["kind"], bone=self._body_of(edit.get("bone", "")),
-                                 other=self._body_of(edit.get("other", "")), name=edit.get("name", ""),
-                                 reach=self.options.target_units(edit.get("thickness_mm", 0.0)),
-                                 painted=painted, from_points=start, to_points=end)
-
-    def _body_of(self, bone):
-        """The body that an armature bone is part of: bones that are fixed to their parents have no part of their own."""
-        for name, members in zip(self.character.names, self.character.members):
-            if bone in (self.armature["names"][member] for member in members):
-                return name
-        return bone
 
     def _folding(self):
         stored = self.stored.get("path")
@@ -319,18 +276,8 @@ class Run:
         given = bool(self.stored.get("path"))  # a path that was given is followed to the letter
         if given or not (self.options.together and self.certificate.holds and len(moves) > 1):
             return
-        progress, tried = self._progress("finishing", 0.85, 1.0), []
-
-        def prove(angles, turns, pairs):
-            tried.append(turns)
-            pose = self.tn.Embedding(root=list(self.embedding.root), angles=list(angles), morphology=list(self.embedding.morphology), symmetric=False)
-            proof = self.tn.certify(self.parts, self.character, pose, self.tn.FoldPath(moves=[turns]), least=self.certificate.gap * PROVED_AGAIN,
-                                    enough=self.certificate.gap, tolerance=JOINED_TOLERANCE, steps=JOINED_STEPS, pairs=pairs, to_the_end=False, threads=self.options.threads,
-                                    progress=lambda *_: progress(min(1.0, len(tried) / len(moves)), "joints that can turn together"))
-            return proof.intervals if proof.holds and proof.gap >= self.certificate.gap * PROVED_AGAIN else None
-
-        self.joined = together.joined(moves, self.certificate.intervals, list(self.embedding.angles),
-                                      lambda turns: together.pairs_moved(self.character, turns), prove)
+        self.joined = together.joined_where_proved(self.tn, self.parts, self.character, self.embedding, moves, self.options.threads,
+                                                   self._progress("finishing", 0.85, 1.0))
 
     def _preview(self):
         """Part meshes of a design that is not finished: nothing is carved."""
@@ -350,24 +297,12 @@ class Run:
             if "source" in part:  # a triangle each: the cleaned target's that it is a piece of, or -1 at interfaces
                 self.part_arrays[f"part_{index}_source"] = ("i", part["source"])
 
-    def _points(self, embedding):
-        """A pose as lines between points in Blender's world (two a bone)."""
-        scale, centre = self.target.scale, self.target.centre
-        root = embedding.root
-        rotation = tuple(tuple(root[4 * c + r] for c in range(3)) for r in range(3))
-        head = tuple(root[12 + r] / scale + centre[r] for r in range(3))
-        lengths = self.character.scale / scale
-        frames = self.skeleton.frames(rotation, head, embedding.angles, embedding.morphology, lengths)
-        ends = self.skeleton.bone_ends(frames, embedding.morphology, lengths)
-        return [p for _, a, b in ends for p in (a, b)]
-
     def _tell_best(self, embedding):
         self.best = embedding
         self._tell_pose(embedding)
 
     def _tell_pose(self, embedding):
-        self.tell.pose({"root": list(embedding.root), "angles": list(embedding.angles), "morphology": list(embedding.morphology),
-                        "terms": dict(embedding.terms), "value": embedding.value, "points": self._points(embedding)})
+        self.tell.pose(self.poses.shown(embedding))
 
     def _echo(self):
         return {name: self.arrays[name] for name in ECHOED if name in self.arrays}

@@ -5,6 +5,10 @@ A move is a list of turns (angle index, from, to); an interval is (move, bone, b
 """
 from dataclasses import dataclass
 
+PROVED_AGAIN = 0.999       # of the gap that is proved, that joints which turn together must keep: proofs differ by rounding
+TOLERANCE = 0.02           # of their gap, by which a proof of that may fall short of the truth
+STEPS = 1_000_000          # comparisons of a pair, after which such a proof is given up: the moves stay one after the other
+
 
 @dataclass
 class _Group:
@@ -12,6 +16,21 @@ class _Group:
     turns: list
     old: list          # the moves it is made of
     rows: list         # its proof
+
+
+def joined_where_proved(native, parts, character, embedding, moves, threads, progress):
+    """As `joined`, by proofs of native parts, whose certificate of these moves holds: for as much of a gap as that has."""
+    certificate, tried = parts.certificate, []
+
+    def prove(angles, turns, pairs):
+        tried.append(turns)
+        pose = native.Embedding(root=list(embedding.root), angles=list(angles), morphology=list(embedding.morphology), symmetric=False)
+        proof = native.certify(parts, character, pose, native.FoldPath(moves=[turns]), least=certificate.gap * PROVED_AGAIN,
+                               enough=certificate.gap, tolerance=TOLERANCE, steps=STEPS, pairs=pairs, to_the_end=False, threads=threads,
+                               progress=lambda *_: progress(min(1.0, len(tried) / len(moves)), "joints that can turn together"))
+        return proof.intervals if proof.holds and proof.gap >= certificate.gap * PROVED_AGAIN else None
+
+    return joined(moves, certificate.intervals, list(embedding.angles), lambda turns: pairs_moved(character, turns), prove)
 
 
 def joined(moves, intervals, folded_angles, pairs_moved, prove):

@@ -120,4 +120,13 @@ inline Pose random_pose(const Character& character, Random& random, double sprea
   return pose;
 }
 
+/// A search that takes well under a second.
+inline EmbeddingOptions quick() {
+  EmbeddingOptions options;
+  options.runs = 1;
+  options.starts = 8;
+  options.evaluations = 900;
+  return options;
+}
+
 }  // namespace transformables

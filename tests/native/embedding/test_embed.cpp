@@ -6,14 +6,6 @@
 namespace transformables {
 namespace {
 
-EmbeddingOptions quick() {
-  EmbeddingOptions options;
-  options.runs = 1;
-  options.starts = 8;
-  options.evaluations = 900;
-  return options;
-}
-
 TEST(Embed, FoldsAChainIntoABoxThatItIsTooLongFor) {
   const Target target = box_target({0.25, 0.2, 0.15}, 32);
   const Character character = chain(5, 0.2, 0.018, {0, -2.2, 2.2});
@@ -211,111 +203,6 @@ TEST(Embed, RefusesSymmetryWithoutMirrorPlanesAndAStartOfAnotherCharacter) {
   start.pose = pose_at(chain(2, 0.1, 0.01), {0, 0, 0});
   start.morphology = Morphology::Ones(2);
   EXPECT_THROW(embed(armed(), target, quick(), {}, start), InvalidInput);
-}
-
-TEST(Embed, GoesRoundWhatIsLockedPinnedAndKeptInProportion) {
-  const Target target = box_target({0.25, 0.2, 0.15}, 24);
-  const Character character = chain(4, 0.12, 0.018, {0, -2, 2});
-  EmbeddingOptions options = quick();
-  options.evaluations = 300;
-  options.locked = {{1, 0.5}};
-  options.proportion_of = {{2, 1, 1}};
-  PinnedBone pin{3, Eigen::Isometry3d::Identity()};
-  pin.frame.translation() = Vector3d(0.1, -0.05, 0.02);
-  options.pinned = {pin};
-  const Embedding e = embed(character, target, options, {});
-  EXPECT_EQ(e.pose.angles[1], 0.5);
-  EXPECT_EQ(e.morphology[2], 1);
-  EXPECT_LT((forward_kinematics(character, e.pose, e.morphology)[3].matrix() - pin.frame.matrix()).norm(), 1e-9);
-}
-
-TEST(Embed, HoldsASecondPinClosely) {
-  const Target target = box_target({0.25, 0.2, 0.15}, 24);
-  const Character character = chain(5, 0.1, 0.015, {0, -2, 2});
-  Pose pose = pose_at(character, {0, -0.1, -0.05});
-  pose.angles << 1.5, -1.5, -1.5, 1.5;
-  const auto frames = forward_kinematics(character, pose, unscaled(character));
-  EmbeddingOptions options = quick();
-  options.pinned = {{0, frames[0]}, {4, frames[4]}};
-  Embedding start;
-  start.pose = pose;
-  start.morphology = unscaled(character);
-  const Embedding e = embed(character, target, options, {}, start);
-  const auto after = forward_kinematics(character, e.pose, e.morphology);
-  EXPECT_LT((after[4].translation() - frames[4].translation()).norm(), 0.1 * target.distance.shape.step);
-}
-
-// The upper half of the end of a box at its largest x.
-PaintedRegion end_of_box(const Vector3d& half, int bone) {
-  const Vector3d a(half.x(), -half.y(), 0), b(half.x(), half.y(), 0), c = half, d(half.x(), -half.y(), half.z());
-  return {bone, {{a, b, c}, {a, c, d}}};
-}
-
-// Share of the voxels right under it that each bone gets.
-std::vector<double> shares_at_end(const Character& character, const Target& target, const Embedding& e) {
-  Objective objective(character, target, {});
-  objective(e.pose, e.morphology);
-  std::vector<double> share(character.bones.size(), 0);
-  double all = 0;
-  for (const std::size_t i : target.inside) {
-    const Vector3d p = target.distance.shape.position(i);
-    if (p.z() > 0 && p.x() > 0.25 - 1.5 * target.distance.shape.step) ++share[std::size_t(objective.labels()[i])], ++all;
-  }
-  for (double& s : share) s /= all;
-  return share;
-}
-
-TEST(Embed, BringsTheNamedBoneToAPaintedRegion) {
-  const Vector3d half(0.25, 0.1, 0.1);
-  const Target target = box_target(half, 24);
-  const Character character = chain(4, 0.12, 0.018, {0, -2, 2});
-  EmbeddingOptions options = quick();
-  const std::vector<double> free = shares_at_end(character, target, embed(character, target, options, {}));
-  int brought = 0;
-  for (int bone = 0; bone < 4; ++bone) {
-    SCOPED_TRACE(bone);
-    options.painted = {end_of_box(half, bone)};
-    const Embedding e = embed(character, target, options, {});
-    EXPECT_GT(shares_at_end(character, target, e)[std::size_t(bone)], 0.65);
-    EXPECT_LT(e.missed, target.distance.shape.step);
-    EXPECT_LT(e.deepest_protrusion, 0.1 * target.distance.shape.step);
-    EXPECT_LT(e.deepest_collision, 0.1 * target.distance.shape.step);
-    brought += free[std::size_t(bone)] < 0.3;
-  }
-  EXPECT_GE(brought, 2) << "of which most were not there by themselves";
-}
-
-TEST(Embed, BringsAnyOneBoneToARegionThatIsToBeKeptWhole) {
-  const Vector3d half(0.25, 0.1, 0.1);
-  const Target target = box_target(half, 24);
-  const Character character = chain(6, 0.08, 0.015, {0, -2, 2});
-  for (const std::uint64_t seed : {0, 1}) {
-    SCOPED_TRACE(seed);
-    EmbeddingOptions options = quick();
-    options.seed = seed;
-    const Embedding free = embed(character, target, options, {});
-    EXPECT_EQ(free.missed, 0) << "nothing was asked for";
-    options.painted = {end_of_box(half, -1)};
-    const Embedding whole = embed(character, target, options, {});
-    options.evaluations = 1;
-    const Embedding unasked = embed(character, target, options, {}, free);  // the same pose, now measured by what is asked
-    EXPECT_LT(whole.missed, 0.7 * unasked.missed);
-    const std::vector<double> before = shares_at_end(character, target, free), after = shares_at_end(character, target, whole);
-    EXPECT_LT(*std::max_element(before.begin(), before.end()), 0.75);
-    EXPECT_GT(*std::max_element(after.begin(), after.end()), 0.85);
-  }
-}
-
-TEST(Embed, IsNotChangedByARegionWithoutArea) {
-  const Target target = box_target({0.25, 0.2, 0.15}, 24);
-  const Character character = chain(3, 0.12, 0.018);
-  EmbeddingOptions options = quick();
-  options.evaluations = 100;
-  const Embedding plain = embed(character, target, options, {});
-  options.painted = {{1, {}}, {0, {{Vector3d::Zero(), Vector3d::UnitX(), Vector3d::UnitX()}}}};
-  const Embedding e = embed(character, target, options, {});
-  EXPECT_EQ(e.pose.angles, plain.pose.angles);
-  EXPECT_EQ(e.value, plain.value);
 }
 
 TEST(SkeletonFit, NamesTheBonesThatStickOutAndThosePairsThatCollide) {

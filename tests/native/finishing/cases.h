@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <numbers>
 #include <vector>
@@ -13,6 +14,15 @@
 #include "finishing/finishing.h"
 
 namespace transformables {
+
+/// A small generator of our own: what the library's distributions give is not fixed.
+struct Random {
+  std::uint64_t state;
+  double operator()() {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return double(state >> 11) / 9007199254740992.0;
+  }
+};
 
 /// A closed box, outward.
 inline TriangleMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {

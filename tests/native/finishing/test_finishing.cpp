@@ -1,5 +1,4 @@
 // Finishing, on designs made by hand: beams along Y whose bones turn about X.
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,7 +8,6 @@
 
 #include "cases.h"
 #include "finishing/finishing.h"
-#include "finishing/thin.h"
 
 namespace transformables {
 namespace {
@@ -127,37 +125,6 @@ TEST(Finish, AThinFinThatPassesBetweenCoarseStepsStillCarves) {
   EXPECT_GE(parts.minimum_clearance, 0);
 }
 
-// A block with a blade half a sample thick on it; the grid's step is 1 / 64.
-finishing::PartField block_with_blade() {
-  finishing::PartField part;
-  part.psi = sampled_field(41, 1.0 / 64, [](const Vector3d& p) {
-    return std::min(box_distance(p, {-0.15, -0.15, -0.15}, {0.05, 0.15, 0.15}), box_distance(p, {0, -0.1, -0.002}, {0.2, 0.1, 0.002}));
-  });
-  part.core = Grid<float>(part.psi.shape, 1);
-  part.inner = part.uncarved = part.psi;
-  part.away = Grid<finishing::Away>(part.psi.shape, {-1, -1});  // all within the target
-  finishing::refresh(part);
-  return part;
-}
-
-TEST(TakeThin, TakesABladeAndLeavesTheBlockWithItsEdges) {
-  finishing::PartField part = block_with_blade();
-  const Grid<float> before = part.psi;
-  EXPECT_GT(finishing::take_thin(part, 0.012), 0u);
-  for (std::size_t n = 0; n < before.values.size(); ++n) {
-    const Vector3d p = part.psi.shape.position(n);
-    EXPECT_GE(part.psi[n], before[n]);
-    if (p.x() > 0.1) { EXPECT_GE(part.psi[n], 0); }
-    if (p.x() < 0.05) { EXPECT_EQ(part.psi[n] < 0, before[n] < 0); }
-  }
-}
-
-TEST(TakeThin, LeavesACore) {
-  finishing::PartField part = block_with_blade();
-  part.core = part.psi;
-  EXPECT_EQ(finishing::take_thin(part, 0.012), 0u);
-}
-
 TEST(Finish, SkeletonsAreNotCarvedForAnothersSkin) {
   Design d = halves(0.02);
   d.turn(0, 1.2);
@@ -170,62 +137,6 @@ TEST(Finish, SkeletonsAreNotCarvedForAnothersSkin) {
     for (double y = 0.05; y < 0.14; y += 0.01)
       EXPECT_LT(sample(field, {0, part.bone == 0 ? 0.15 - y : y, 0}), 0) << part.bone << " at " << y;
   }
-}
-
-TEST(Finish, PiecesCutOffAreDroppedAndReported) {
-  Design d = halves();
-  // A second blob of the root, cut off from it by the child.
-  const auto blob = [](const Vector3d& p) { return std::min(p.y(), 0.2 - p.y()); };
-  d = beam({kHalfWidth, 0.25, kHalfWidth}, {bone("root", -1, -0.15, 0), bone("child", 0, 0, 0.15)}, 0.012,
-           {blob, [=](const Vector3d& p) { return -blob(p); }});
-  const Parts parts = d.finished();
-  ASSERT_EQ(parts.parts.size(), 2u);
-  for (const Part& part : parts.parts) expect_good(part.mesh);
-  ASSERT_FALSE(parts.warnings.empty());
-  EXPECT_NE(parts.warnings[0].find("root"), std::string::npos);
-}
-
-TEST(Finish, AnEnclosedPartIsGivenUpByNameAndItsRoomFilled) {
-  const auto ball = [](const Vector3d& p) { return (p - Vector3d(0, 0.1, 0)).norm() - 0.05; };
-  const Design d = beam({kHalfWidth, 0.25, kHalfWidth}, {bone("root", -1, -0.15, 0), bone("yolk", 0, 0.09, 0.11)}, 0.01,
-                        {[=](const Vector3d& p) { return -ball(p); }, ball});
-  const Parts parts = d.finished();
-  ASSERT_EQ(parts.parts.size(), 1u);
-  expect_good(parts.parts[0].mesh);
-  EXPECT_GT(parts.filled_volume_pct, 99);
-  ASSERT_FALSE(parts.warnings.empty());
-  EXPECT_NE(parts.warnings[0].find("yolk"), std::string::npos);
-}
-
-TEST(Finish, TheCrossOfAUniversalJointMayBeLostAndThatIsTold) {
-  // A bone between two others, of which the joints' balls leave nothing.
-  const auto ball = [](const Vector3d& p) { return p.norm() - 0.004; };
-  Design d = beam({kHalfWidth, 0.25, kHalfWidth}, {bone("root", -1, -0.15, 0), bone("cross", 0, 0, 0), bone("child", 1, 0, 0.15)}, 0.012,
-                  {[=](const Vector3d& p) { return std::max(p.y(), -ball(p)); }, ball, [=](const Vector3d& p) { return std::max(-p.y(), -ball(p)); }});
-  d.turn(1, 0.3);
-  const Parts parts = d.finished();
-  ASSERT_EQ(parts.parts.size(), 2u);
-  EXPECT_THAT(parts.warnings, testing::Contains(testing::HasSubstr("'cross': its joint and the next are at one place")));
-}
-
-TEST(Finish, AVoidInTheSegmentationBecomesNoHollow) {
-  Design d = halves();
-  for (std::size_t n = 0; n < d.segmentation.shape.count(); ++n)
-    if ((d.segmentation.shape.position(n) - Vector3d(0.04, 0.18, 0)).norm() < 0.03) d.segmentation.phi[1][n] = 0.05f;
-  const Parts parts = d.finished();
-  for (const Part& part : parts.parts) expect_good(part.mesh);
-  EXPECT_GT(parts.filled_volume_pct, 97);
-}
-
-TEST(Finish, ABoneWithoutASkinKeepsItsSkeleton) {
-  Design d = halves();
-  d.segmentation.phi[1] = {};
-  for (float& v : d.segmentation.phi[0].values) v = -0.05f;
-  d.turn(0, 0.5);
-  const Parts parts = d.finished();
-  ASSERT_EQ(parts.parts.size(), 2u);
-  EXPECT_TRUE(parts.collisions.empty());
-  EXPECT_GT(parts.parts[1].volume, 0.1 * std::numbers::pi * 0.012 * 0.012);
 }
 
 TEST(Finish, MirroredHingesThatTurnAtOnceAreKeptApart) {

@@ -13,15 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A small generator of our own: what the library's distributions give is not fixed.
-struct Random {
-  std::uint64_t state;
-  double operator()() {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return double(state >> 11) / 9007199254740992.0;
-  }
-};
-
 TEST(Isosurface, OfASphereIsGoodAndHasItsVolume) {
   const TriangleMesh mesh = isosurface(sampled_field(41, 0.05, [](const Vector3d& p) { return p.norm() - 0.8; }));
   expect_good(mesh);
