@@ -139,6 +139,15 @@ def explore_table(path):
     return ["### Explore", "", *table(head, [row])]
 
 
+def embed_table(path):
+    r = json.loads(path.read_text())
+    load = f"{r['load']:.1f} on {r['cores']} cores"
+    rows = [[r["pair"], str(r["resolution"]), str(run["seed"]), str(run["evaluations"]), number(run["seconds"]), number(run["cpu_seconds"]), number(run["value"]),
+             "yes" if run["sound"] else "no", number(run["value_of_more"]), load] for run in r["runs"]]
+    head = ["pair", "voxels along the longest side", "seed", "evaluations", "wall time, s", "processor time, s", "objective", "sound", "objective after ten times the evaluations", "load average"]
+    return ["### One search", "", *table(head, rows)]
+
+
 def cpu_name():
     try:
         lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
@@ -156,7 +165,8 @@ def measured(folder):
     for name, write in tables.items():
         results = load(sorted(folder.glob(f"{name}*.json")))  # of part runs (--benchmark_filter) too
         lines += [*(write(results) if results else [f"### {name}", "", "Not measured."]), ""]
-    for name, title, write in (("cma", "CMA-ES", cma_table), ("live", "A search that is watched", live_table), ("explore", "Explore", explore_table)):
+    for name, title, write in (("cma", "CMA-ES", cma_table), ("live", "A search that is watched", live_table), ("explore", "Explore", explore_table),
+                               ("embed", "One search", embed_table)):
         path = folder / f"{name}.json"
         lines += [*(write(path) if path.exists() else [f"### {title}", "", "Not measured."]), ""]
     return lines[:-1]
