@@ -14,6 +14,7 @@ namespace transformables::finishing {
 namespace {
 
 constexpr double kAround = 0.025;   ///< target units about a place that is carved again: reaches the next one that is told (pair_proof.cpp)
+constexpr double kCoreToKeep = 0.5; ///< of a part's core
 constexpr double kNoise = 0.05;     ///< steps by which two first-order distances may seem to fall short of a gap
 
 /// Flags of a part's samples around some places.
@@ -50,6 +51,17 @@ double weight_lost(const PartField& part, const Grid<float>& psi) {
   for (std::size_t n = 0; n < psi.values.size(); ++n)
     if (part.psi[n] < 0 && !(psi[n] < 0)) weight += part.away[n].outer > near ? 2 : 1;
   return weight;
+}
+
+/// The share of a part's core that is left.
+double core_left(const PartField& part, const Grid<float>& psi) {
+  std::size_t before = 0, after = 0;
+  for (std::size_t n = 0; n < psi.values.size(); ++n)
+    if (part.core[n] < 0 && part.psi[n] < 0) {
+      ++before;
+      after += psi[n] < 0;
+    }
+  return double(after) / double(std::max<std::size_t>(1, before));
 }
 
 /// How a pair is carved.
@@ -129,7 +141,7 @@ class PairCarver {
     take(loser, a_yields ? std::move(trial_a) : std::move(trial_b), a_yields ? into_a : into_b, true, losses);
     // What is left colliding is mostly the loser's core, to which the winner's skin gives way, and at last core against core.
     yield(winner, loser, true, losses);
-    yield(loser, winner, false, losses);
+    yield_cores(loser, winner, losses);
   }
 
  private:
@@ -160,6 +172,20 @@ class PairCarver {
     if (!collide(side, other)) return;
     const Swept s = swept(side, other);
     take(side, try_carving(*side.part, *side.bricks, s, manner_, shielded), s, shielded, losses);
+  }
+
+  /// Core against core. A part that would hardly keep any of its core is nothing to hold on to: then the other gives way, when it keeps more.
+  void yield_cores(const Side& side, const Side& other, Losses& losses) const {
+    if (!collide(side, other)) return;
+    Swept s = swept(side, other);
+    Trial trial = try_carving(*side.part, *side.bricks, s, manner_, false);
+    const double left = core_left(*side.part, trial.psi);
+    if (left < kCoreToKeep) {
+      Swept s_other = swept(other, side);
+      Trial trial_other = try_carving(*other.part, *other.bricks, s_other, manner_, false);
+      if (core_left(*other.part, trial_other.psi) > left) return take(other, std::move(trial_other), s_other, false, losses);
+    }
+    take(side, std::move(trial), s, false, losses);
   }
 
   const Lattice& lattice_;
