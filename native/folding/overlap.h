@@ -117,9 +117,10 @@ EIGHT_INLINE void PartField::read(const int (&index)[8], const Floats& u, const 
   Floats along[4];
   // Neighbours along x are loaded together, and sorted into the lower and the upper ones.
   for (int r = 0; r < 4; ++r) {
+    const float* const first = values_.data() + row[r];
     const auto pair = [&](int n) EIGHT_INLINED {
       double both;
-      std::memcpy(&both, values_.data() + index[n] + row[r], sizeof both);
+      std::memcpy(&both, first + index[n], sizeof both);
       return both;
     };
     const Floats a = Floats(Four{pair(0), pair(1), pair(4), pair(5)}), b = Floats(Four{pair(2), pair(3), pair(6), pair(7)});
