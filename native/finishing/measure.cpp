@@ -25,9 +25,10 @@ Nearest nearest(const PartField& part, const Bricks& bricks, const Swept& swept,
 
 double overlap_at(const PartField& a, const PartField& b, const PairConfigurations& configurations, int where, const Lattice& lattice) {
   std::size_t count = 0;
+  const DistanceReader distance(b);
   const GridShape& s = a.shape();
   for (std::size_t n = 0; n < s.count(); ++n)
-    if (a.psi[n] < 0 && value_at(b, configurations(where, s.cell(n).cast<float>())) < 0) ++count;
+    if (a.psi[n] < 0 && distance(configurations(where, s.cell(n).cast<float>())) < 0) ++count;
   return double(count) * lattice.sample_volume();
 }
 

@@ -8,6 +8,33 @@
 #include <limits>
 
 namespace transformables::finishing {
+
+DistanceReader::DistanceReader(const PartField& part, float edge)
+    : last_((Eigen::Array4f() << (part.shape().size.array() - 1).cast<float>(), 0.0f).finished()),
+      first_(&part.away.values[0].inner),
+      dy_(std::size_t(part.shape().size.x())),
+      dz_(dy_ * std::size_t(part.shape().size.y())),
+      step_(float(part.shape().step)),
+      edge_(edge) {}
+
+float DistanceReader::operator()(const Eigen::Array4f& p) const {
+  const Eigen::Array4f q = p.max(0.0f).min(last_), inside = q.min(last_ - 1).max(0.0f);
+  const Eigen::Array4i c = inside.cast<int>();
+  const Eigen::Array4f t = q - c.cast<float>();
+  // Two samples that follow each other along x, both distances of each, are read at once.
+  const float* first = first_ + 2 * (std::size_t(c[2]) * dz_ + std::size_t(c[1]) * dy_ + std::size_t(c[0]));
+  const auto pair_at = [&](std::size_t offset) { return Eigen::Map<const Eigen::Array4f>(first + 2 * offset); };
+  const Eigen::Array4f low = pair_at(0) + (pair_at(dy_) - pair_at(0)) * t[1], high = pair_at(dz_) + (pair_at(dz_ + dy_) - pair_at(dz_)) * t[1];
+  const Eigen::Array4f both = low + (high - low) * t[2];
+  // The greater of two distances, each read between samples by itself, so that the edge where the two surfaces cross stays sharp.
+  const float a = both[0] + (both[2] - both[0]) * t[0], b = both[1] + (both[3] - both[1]) * t[0];
+  const float within = std::max(a, b) - edge_ * std::max(0.0f, step_ - std::abs(a - b));
+  if ((p == q).all()) return within;
+  // The box is convex and holds B, so the way round the nearest place of the box bends by a right angle at least.
+  const float aside = std::max(within, 0.0f);
+  return std::sqrt((p - q).square().sum() * step_ * step_ + aside * aside);
+}
+
 namespace {
 
 constexpr int kBrick = 6;
@@ -55,15 +82,15 @@ struct Least {
 };
 
 struct Walker {
-  const PartField& b;
+  const DistanceReader distance;   // to B
   const PairConfigurations& configurations;
-  float cover, edge;
+  const float cover;
 
   Least walk(const Eigen::Vector3f& p, const Stride& stride, const std::vector<Span>& spans, const Matter& matter) const {
     Least least{matter.below};
     for (const Span& span : spans)
       for (int k = span.first; k <= span.last;) {
-        const float value = value_at(b, configurations(k, p), edge);
+        const float value = distance(configurations(k, p));
         if (value < least.value) {
           least = {value, k};
           if (value < matter.to) return least;
@@ -91,7 +118,7 @@ void walk_brick(const PartField& a, const Bricks& bricks, std::size_t brick, con
   std::vector<Span> spans;
   const Stride stride(motion.travel(shape.origin + shape.step * centre) + motion.angle * radius, last);
   near_spans({0, last}, float(radius), stride, reach,
-             [&](int k) { return value_at(walker.b, walker.configurations(k, centre.cast<float>()), walker.edge); }, spans);
+             [&](int k) { return walker.distance(walker.configurations(k, centre.cast<float>())); }, spans);
   if (spans.empty()) return;
   for (std::uint32_t n = first; n < end; ++n) {
     const Matter matter = matter_of(n);
@@ -103,27 +130,6 @@ void walk_brick(const PartField& a, const Bricks& bricks, std::size_t brick, con
 }
 
 }  // namespace
-
-float value_at(const PartField& part, const Eigen::Array4f& p, float edge) {
-  const GridShape& shape = part.shape();
-  const Eigen::Array4f last(float(shape.size.x() - 1), float(shape.size.y() - 1), float(shape.size.z() - 1), 0);
-  const Eigen::Array4f q = p.max(0.0f).min(last);
-  const Eigen::Array4i c = q.min(last - 1).max(0.0f).cast<int>();
-  const Eigen::Array4f t = q - c.cast<float>();
-  const std::size_t dy = std::size_t(shape.size.x()), dz = dy * std::size_t(shape.size.y());
-  // Two samples that follow each other along x, both distances of each, are read at once.
-  const float* first = &part.away.values[(std::size_t(c[2]) * std::size_t(shape.size.y()) + std::size_t(c[1])) * dy + std::size_t(c[0])].inner;
-  const auto pair_at = [&](std::size_t offset) { return Eigen::Map<const Eigen::Array4f>(first + 2 * offset); };
-  const Eigen::Array4f low = pair_at(0) + (pair_at(dy) - pair_at(0)) * t[1], high = pair_at(dz) + (pair_at(dz + dy) - pair_at(dz)) * t[1];
-  const Eigen::Array4f both = low + (high - low) * t[2];
-  // The greater of two distances, each read between samples by itself, so that the edge where the two surfaces cross stays sharp.
-  const float a = both[0] + (both[2] - both[0]) * t[0], b = both[1] + (both[3] - both[1]) * t[0];
-  const float within = std::max(a, b) - edge * std::max(0.0f, float(shape.step) - std::abs(a - b));
-  if ((p == q).all()) return within;
-  // The box is convex and holds B, so the way round the nearest place of the box bends by a right angle at least.
-  const float step = float(shape.step), aside = std::max(within, 0.0f);
-  return std::sqrt((p - q).square().sum() * step * step + aside * aside);
-}
 
 PairConfigurations::PairConfigurations(const MoveMotion& motion, const PartField& a, const PartField& b)
     : motion_(motion.pair(a.bone, b.bone)), maps_(motion.last() + 1) {
@@ -142,10 +148,11 @@ bool PairConfigurations::can_meet(const MoveMotion& motion, const PartField& a, 
   const GridShape &from = a.shape(), &to = b.shape();
   const Eigen::Vector3d half = from.step * (from.size.cast<double>().array() - 1).matrix() / 2;
   const Eigen::Vector3d centre = from.origin + half;
+  const DistanceReader distance(b);
   std::vector<Span> spans;
   near_spans({0, motion.last()}, float(half.norm()), Stride(pair.travel(centre), motion.last()), float(reach), [&](int k) {
     const Eigen::Vector3f p = ((motion.into(a.bone, b.bone, k) * centre - to.origin) / to.step).cast<float>();
-    return value_at(b, {p.x(), p.y(), p.z(), 0});
+    return distance({p.x(), p.y(), p.z(), 0});
   }, spans);
   return !spans.empty();
 }
@@ -174,7 +181,7 @@ Bricks bricks_of(const PartField& part, double reach, const std::vector<char>& m
 Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover, double reach,
             float edge, const std::vector<Matter>& matters) {
   Swept swept{std::vector<float>(bricks.samples.size(), float(reach)), std::vector<std::int32_t>(bricks.samples.size(), 0), float(reach)};
-  const Walker walker{b, configurations, float(cover), edge};
+  const Walker walker{DistanceReader(b, edge), configurations, float(cover)};
   const Matter all{float(reach), float(-kDepth * a.shape().step)}, none{std::numeric_limits<float>::lowest(), 0};
   tbb::parallel_for(std::size_t(0), bricks.first.size() - 1, [&](std::size_t brick) {
     const auto matter_of = [&](std::uint32_t n) {
@@ -192,7 +199,7 @@ Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const 
 
 bool any_nearer(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover,
                 const std::vector<float>& below) {
-  const Walker walker{b, configurations, float(cover), 0};
+  const Walker walker{DistanceReader(b), configurations, float(cover)};
   std::atomic<bool> found = false;
   tbb::parallel_for(std::size_t(0), bricks.first.size() - 1, [&](std::size_t brick) {
     if (found) return;

@@ -54,7 +54,7 @@ struct Swept {
 struct Matter {
   float below, to;
 };
-/// @param edge     see value_at()
+/// @param edge     see DistanceReader
 /// @param matters  for each of the bricks' samples; a least distance that does not matter reads `reach`. Empty: all do
 Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover, double reach,
             float edge = 0, const std::vector<Matter>& matters = {});
@@ -63,9 +63,20 @@ Swept sweep(const PartField& a, const Bricks& bricks, const PartField& b, const 
 bool any_nearer(const PartField& a, const Bricks& bricks, const PartField& b, const PairConfigurations& configurations, double cover,
                 const std::vector<float>& below);
 
-/// A lower bound of the distance to a part from a place given in its samples (x, y, z, 0).
-/// @param edge  steps by which the edge where the target's surface and an interface cross counts as nearer: what is made by swept values is sampled,
-///              and between samples the distance to a sharp edge reads too large by up to half a step
-float value_at(const PartField& part, const Eigen::Array4f& p, float edge = 0);
+/// Reads lower bounds of the distance to a part at places given in its samples (x, y, z, 0).
+class DistanceReader {
+ public:
+  /// Refers to the part while it lives.
+  /// @param edge  steps by which the edge where the target's surface and an interface cross counts as nearer: what is made by swept values is sampled,
+  ///              and between samples the distance to a sharp edge reads too large by up to half a step
+  explicit DistanceReader(const PartField& part, float edge = 0);
+  float operator()(const Eigen::Array4f& p) const;
+
+ private:
+  const Eigen::Array4f last_;   // sample
+  const float* const first_;    // number of the part's `away`
+  const std::size_t dy_, dz_;   // samples between neighbours
+  const float step_, edge_;
+};
 
 }  // namespace transformables::finishing

@@ -24,7 +24,8 @@ void add_eights(std::vector<PartSamples::EightBalls>& into, std::uint32_t first,
       const PartSamples::Brick ball = ball_of(first + std::min(begin + n, count - 1));
       eight.centres.x[n] = ball.centre.x(), eight.centres.y[n] = ball.centre.y(), eight.centres.z[n] = ball.centre.z();
       eight.radius[n] = ball.radius;
-      eight.count[n] = begin + n < count ? std::int32_t(ball.count) : 0;
+      eight.count[n] = std::int32_t(ball.count);
+      if (begin + n < count) eight.there |= 1u << n;
     }
     into.push_back(eight);
   }
@@ -85,6 +86,7 @@ void PartField::unite(const std::vector<std::pair<Eigen::Vector3i, float>>& near
 
 PartSamples::PartSamples(const std::vector<std::int16_t>& owner, const GridShape& shape, const std::vector<std::size_t>& inside,
                          int bone, int stride) {
+  side = float(stride);
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // small brick, those of a brick after each other; sample
   const Eigen::Vector3i bricks_along = shape.size / kBrick + Eigen::Vector3i::Ones();
   for (const std::size_t s : inside) {
@@ -118,7 +120,7 @@ PartSamples::PartSamples(const std::vector<std::int16_t>& owner, const GridShape
   make_eights();
 }
 
-/// A brick has at most eight small ones, and those eight points.
+/// A brick has at most eight small ones, and those at most eight points.
 void PartSamples::make_eights() {
   const auto nth_of = [](const std::vector<Brick>& balls) {
     return [&balls](std::uint32_t n) {
@@ -134,8 +136,15 @@ void PartSamples::make_eights() {
     add_eights(eights[1], from, to - from, nth_of(small));
     from = to;
   }
-  for (const Brick& brick : small)
-    add_eights(eights[2], brick.first, brick.count, [&](std::uint32_t n) { return Brick{points[n], 0, n, 1}; });
+  for (const Brick& brick : small) {
+    Cube cube;
+    cube.first = (points[brick.first] / (kSmall * side)).array().floor() * (kSmall * side);
+    for (std::uint32_t n = brick.first; n < brick.first + brick.count; ++n) {
+      const Eigen::Vector3f corner = (points[n] - cube.first) / side;
+      cube.there |= 1u << int(corner.x() + 2 * corner.y() + 4 * corner.z());
+    }
+    cubes.push_back(cube);
+  }
 }
 
 float PairMotion::speed(const Eigen::Vector3f& p, float radius) const {

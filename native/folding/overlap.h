@@ -45,8 +45,14 @@ class PartField {
   bool empty() const { return values_.empty(); }
   /// A lower bound of the distance outside the box, the trilinear value within it.
   float at(const Eigen::Vector3f& p) const;
-  /// The same at eight places, which a motion takes to the field. Not for an empty field.
-  void at(const EightPlaces& places, const Rigid& motion, float (&values)[8]) const;
+  /// Bits of eight balls.
+  struct Depths {
+    std::uint32_t deep = 0;    ///< those that are deeper as a whole
+    std::uint32_t partly = 0;  ///< others of which something may be
+  };
+  /// Which of eight balls are deeper inside than `tolerance`, which is not negative, when a motion takes them to the field. Not for an empty field.
+  /// @param radius  null: places, each of which is deeper or not
+  Depths depths(const EightPlaces& centres, const float* radius, const Rigid& motion, float tolerance) const;
   /// Replaces values near the surface by better ones where these agree on what is inside.
   /// `value(index of a sample of the grid)` is in steps.
   template <class Function>
@@ -63,6 +69,7 @@ class PartField {
     float out2, aside2;    ///< squared distances from the box, and from that of the part's samples
   };
   Place place_of(float x, float y, float z) const;
+  void read(const int (&index)[8], const Floats& u, const Floats& v, const Floats& w, Floats& value) const;
   static float inner(const Place& place, float c0, float c1, float c2, float c3, float c4, float c5, float c6, float c7);
   static float outside(const Place& place, float inner);
 
@@ -104,28 +111,56 @@ inline float PartField::at(const Eigen::Vector3f& p) const {
   return place.out2 > 0 ? outside(place, value) : value;
 }
 
-// Loops without branches, which the compiler makes into few instructions for all eight; only the loads from the field are one by one.
-EIGHT_INLINE void PartField::at(const EightPlaces& places, const Rigid& motion, float (&values)[8]) const {
+/// The trilinear values at eight places, as inner() has them.
+EIGHT_INLINE void PartField::read(const int (&index)[8], const Floats& u, const Floats& v, const Floats& w, Floats& value) const {
+  const int dy = size_.x(), dz = dy * size_.y(), row[4] = {0, dy, dz, dz + dy};
+  Floats along[4];
+  // Neighbours along x are loaded together, and sorted into the lower and the upper ones.
+  for (int r = 0; r < 4; ++r) {
+    const float* const first = values_.data() + row[r];
+    const auto pair = [&](int n) EIGHT_INLINED {
+      double both;
+      std::memcpy(&both, first + index[n], sizeof both);
+      return both;
+    };
+    const Floats a = Floats(Four{pair(0), pair(1), pair(4), pair(5)}), b = Floats(Four{pair(2), pair(3), pair(6), pair(7)});
+    const Floats low = __builtin_shufflevector(a, b, 0, 2, 8, 10, 4, 6, 12, 14), high = __builtin_shufflevector(a, b, 1, 3, 9, 11, 5, 7, 13, 15);
+    along[r] = low + (high - low) * u;
+  }
+  const Floats under = along[0] + (along[1] - along[0]) * v, over = along[2] + (along[3] - along[2]) * v;
+  value = under + (over - under) * w;
+}
+
+// Bounds are those of outside(), without their roots.
+EIGHT_INLINE PartField::Depths PartField::depths(const EightPlaces& centres, const float* radius, const Rigid& motion, float tolerance) const {
   const float* t = motion.turn.data();  // column by column
   const float sx = motion.shift.x(), sy = motion.shift.y(), sz = motion.shift.z();
   int index[8];
-  float u[8], v[8], w[8], out2[8], aside2[8], c[8][8];
+  float us[8], vs[8], ws[8], outs[8], asides[8];
+  // A loop without branches, which the compiler makes into few instructions for all eight.
   for (int n = 0; n < 8; ++n) {
-    const float x = places.x[n], y = places.y[n], z = places.z[n];
+    const float x = centres.x[n], y = centres.y[n], z = centres.z[n];
     const Place place = place_of(t[0] * x + t[3] * y + t[6] * z + sx, t[1] * x + t[4] * y + t[7] * z + sy, t[2] * x + t[5] * y + t[8] * z + sz);
-    index[n] = place.index, u[n] = place.u, v[n] = place.v, w[n] = place.w, out2[n] = place.out2, aside2[n] = place.aside2;
+    index[n] = place.index, us[n] = place.u, vs[n] = place.v, ws[n] = place.w, outs[n] = place.out2, asides[n] = place.aside2;
   }
-  const int dy = size_.x(), dz = dy * size_.y();
-  for (int n = 0; n < 8; ++n) {
-    const float* f = values_.data() + index[n];
-    c[0][n] = f[0], c[1][n] = f[1], c[2][n] = f[dy], c[3][n] = f[dy + 1];
-    c[4][n] = f[dz], c[5][n] = f[dz + 1], c[6][n] = f[dz + dy], c[7][n] = f[dz + dy + 1];
-  }
-  for (int n = 0; n < 8; ++n) {
-    const Place place{index[n], u[n], v[n], w[n], out2[n], aside2[n]};
-    const float value = inner(place, c[0][n], c[1][n], c[2][n], c[3][n], c[4][n], c[5][n], c[6][n], c[7][n]), far = outside(place, value);
-    values[n] = place.out2 > 0 ? far : value;
-  }
+  Floats radii = {}, value;
+  if (radius) std::memcpy(&radii, radius, sizeof radii);
+  EIGHT_LOAD(Floats, out2, outs);
+  EIGHT_LOAD(Floats, aside2, asides);
+  const Floats none = {}, apart = radii - tolerance, reach = apart > none ? apart : none;
+  const Eight outside = out2 > none, away = outside & (aside2 >= (reach + 0.5f) * (reach + 0.5f));
+  EIGHT_BITS_OF_EIGHT(all_away, away);
+  if (radius && all_away == 0xff) return {};
+  EIGHT_LOAD(Floats, u, us);
+  EIGHT_LOAD(Floats, v, vs);
+  EIGHT_LOAD(Floats, w, ws);
+  read(index, u, v, w, value);
+  const Eight within = ~outside & (value < -(radii + tolerance));
+  const Eight clear = away | (outside & (out2 + value * value >= reach * reach)) | (~outside & (value >= apart));
+  const Eight some = ~within & ~clear;
+  EIGHT_BITS_OF_EIGHT(deep, within);
+  EIGHT_BITS_OF_EIGHT(partly, some);
+  return {deep, partly};
 }
 
 template <class Function>
@@ -158,10 +193,18 @@ struct PartSamples {
   struct EightBalls {
     EightPlaces centres;
     float radius[8];
-    std::int32_t count[8];              ///< points of each, 0 of those that are there again
-    std::uint32_t below = 0;            ///< where the first one's own eight are, the others' after it
+    std::int32_t count[8];              ///< points of each
+    std::uint32_t there = 0;            ///< a bit for each that is not there again
+    std::uint32_t below = 0;            ///< where the first one's own eight, or its cube, are, the others' after it
   };
-  std::vector<EightBalls> eights[3];       ///< bricks; the small ones of each brick; the points of each small one
+  std::vector<EightBalls> eights[2];       ///< bricks; the small ones of each brick
+  /// The points of a small brick, which are corners of a cube.
+  struct Cube {
+    Eigen::Vector3f first = Eigen::Vector3f::Zero();   ///< its least corner
+    std::uint32_t there = 0;                           ///< a bit for each corner that is a point, x running fastest
+  };
+  std::vector<Cube> cubes;            ///< one a small brick
+  float side = 1;                     ///< of the cubes
 
   PartSamples() = default;
   /// @param stride  along each axis only every so manieth sample is taken

@@ -1,4 +1,5 @@
-// How much of a part lies in another one, in one configuration: eight balls of samples, or samples, at a time.
+// How much of a part lies in another one, in one configuration: eight balls of samples, or samples, at a time, level by level.
+#include <algorithm>
 #include <bit>
 
 #include "common/eight.h"
@@ -7,30 +8,49 @@
 namespace transformables::folding {
 namespace {
 
-/// Of a ball that is clear of B's surface nothing counts, or all of it; else what lies below it is looked at.
-template <int kLevel>
-EIGHT_INLINE std::size_t count(const PartSamples& a, const PartSamples::EightBalls& balls, const PartField& b, const Rigid& a_to_b, float tolerance) {
-  float values[8];
-  b.at(balls.centres, a_to_b, values);
-  EIGHT_LOAD(Floats, value, values);
-  EIGHT_LOAD(Floats, reach, balls.radius);
-  EIGHT_LOAD(Eight, held, balls.count);
-  value += tolerance;
-  const Eight within = (value < -reach) & held;
-  std::size_t hits = 0;
-  for (int n = 0; n < 8; ++n) hits += std::size_t(within[n]);
-  if constexpr (kLevel < 2) {
-    const Eight near = (value < reach) & (value >= -reach) & (held > 0);
-    EIGHT_BITS_OF_EIGHT(undecided, near);
-    for (std::uint32_t bits = undecided; bits != 0; bits &= bits - 1)
-      hits += count<kLevel + 1>(a, a.eights[kLevel + 1][balls.below + std::uint32_t(std::countr_zero(bits))], b, a_to_b, tolerance);
+constexpr std::size_t kAtOnce = 8;   // eights of bricks whose inside is looked at together: one does not wait for what another one turns out to be
+
+/// What is left to look at, and the samples that count already.
+template <std::size_t kMost>
+struct Tally {
+  std::uint32_t undecided[kMost];   // numbers of what lies below
+  std::size_t count = 0, hits = 0;
+};
+
+/// Of balls that are clear of B's surface nothing counts, or all of it; the others' numbers are kept. Hardly any branches: how they would go can't be guessed.
+template <std::size_t kMost>
+EIGHT_INLINE void look(const PartSamples::EightBalls& balls, const PartField& b, const Rigid& a_to_b, float tolerance, Tally<kMost>& tally) {
+  const auto [deep, partly] = b.depths(balls.centres, balls.radius, a_to_b, tolerance);
+  const std::uint32_t all = deep & balls.there, some = partly & balls.there;
+  if ((all | some) == 0) return;
+  for (std::uint32_t n = 0; n < 8; ++n) {
+    tally.undecided[tally.count] = balls.below + n;
+    tally.count += some >> n & 1;
+    tally.hits += std::size_t((all >> n & 1) * std::uint32_t(balls.count[n]));
   }
-  return hits;
+}
+
+EIGHT_INLINE std::size_t count(const PartSamples::Cube& cube, float side, const PartField& b, const Rigid& a_to_b, float tolerance) {
+  EightPlaces places;
+  for (int n = 0; n < 8; ++n) {
+    places.x[n] = cube.first.x() + float(n & 1) * side;
+    places.y[n] = cube.first.y() + float(n >> 1 & 1) * side;
+    places.z[n] = cube.first.z() + float(n >> 2) * side;
+  }
+  return std::size_t(std::popcount(b.depths(places, nullptr, a_to_b, tolerance).deep & cube.there));
 }
 
 EIGHT_INLINE std::size_t count_all(const PartSamples& a, const PartField& b, const Rigid& a_to_b, float tolerance) {
   std::size_t hits = 0;
-  for (const PartSamples::EightBalls& bricks : a.eights[0]) hits += count<0>(a, bricks, b, a_to_b, tolerance);
+  for (std::size_t first = 0; first < a.eights[0].size(); first += kAtOnce) {
+    Tally<8 * kAtOnce + 1> bricks;
+    Tally<64 * kAtOnce + 1> cubes;
+    const std::size_t end = std::min(first + kAtOnce, a.eights[0].size());
+    for (std::size_t n = first; n < end; ++n) look(a.eights[0][n], b, a_to_b, tolerance, bricks);
+    for (std::size_t n = 0; n < bricks.count; ++n) look(a.eights[1][bricks.undecided[n]], b, a_to_b, tolerance, cubes);
+    for (std::size_t n = 0; n < cubes.count; ++n) hits += count(a.cubes[cubes.undecided[n]], a.side, b, a_to_b, tolerance);
+    hits += bricks.hits + cubes.hits;
+  }
   return hits;
 }
 

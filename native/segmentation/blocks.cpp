@@ -47,6 +47,23 @@ Blocks::Blocks(const Target& target) {
   });
 }
 
+bool Blocks::add(int b, std::int16_t bone) {
+  Block& block = all[std::size_t(b)];
+  const auto at = std::lower_bound(block.bones.begin(), block.bones.end(), bone);
+  if (at != block.bones.end() && *at == bone) return false;
+  const auto place = block.layers.begin() + (at - block.bones.begin());
+  Layer* added = block.layers.insert(place, std::make_unique<Layer>(bone))->get();
+  block.bones.insert(at, bone);
+  for (std::size_t k = 0; k < added->around.size(); ++k) {
+    const Eigen::Vector3i c = cell(b) + Eigen::Vector3i(int(k) % 3 - 1, int(k) / 3 % 3 - 1, int(k) / 9 - 1);
+    if (!contains(c)) continue;
+    Layer* other = all[std::size_t(index(c.x(), c.y(), c.z()))].layer(bone);
+    added->around[k] = other;
+    if (other) other->around[added->around.size() - 1 - k] = added;
+  }
+  return true;
+}
+
 Grown Blocks::read(int bones) {
   Grown grown{std::vector<std::int16_t>(shape.count(), -1), std::vector<Grid<float>>(bones)};
   tbb::parallel_for(0, int(all.size()), [&](int b) { half_differences(*this, b, grown.owner); });
@@ -69,6 +86,21 @@ Grown Blocks::read(int bones) {
     }
   });
   return grown;
+}
+
+void gather(const Layer& layer, std::array<float, kCells> Layer::*values, float* out) {
+  static const Layer kNone(-1);
+  const float* from[27];
+  for (std::size_t k = 0; k < layer.around.size(); ++k) from[k] = ((layer.around[k] ? layer.around[k] : &kNone)->*values).data();
+  for (int z = -1; z <= kSide; ++z)
+    for (int y = -1; y <= kSide; ++y) {
+      const int row = 9 * (z < 0 ? 0 : z < kSide ? 1 : 2) + 3 * (y < 0 ? 0 : y < kSide ? 1 : 2);
+      const int offset = ((z & 7) * kSide + (y & 7)) * kSide;
+      float* line = out + ((z + 1) * kHaloSide + y + 1) * kHaloSide;
+      line[0] = from[row][offset + kSide - 1];
+      Eigen::Map<Row<kSide>>(line + 1) = Eigen::Map<const Row<kSide>>(from[row + 1] + offset);
+      line[kSide + 1] = from[row + 2][offset];
+    }
 }
 
 }  // namespace transformables::segmentation_inner

@@ -23,16 +23,17 @@ inline constexpr int kHaloSide = kSide + 2, kHaloCells = kHaloSide * kHaloSide *
 struct Layer {
   std::int16_t bone;
   std::uint8_t faces = 0;                 ///< bit f: the front is near that face of the block
-  std::array<float, kCells> phi, next;    ///< before and after the running step
+  std::array<float, kCells> phi, next;    ///< before and after the running step; the same while the block sleeps
+  std::array<const Layer*, 27> around;    ///< the same bone's in the blocks about this one, and this one itself; null where it has none
 
-  explicit Layer(std::int16_t b) : bone(b) { phi.fill(kBand), next.fill(kBand); }
+  explicit Layer(std::int16_t b) : bone(b) { phi.fill(kBand), next.fill(kBand), around.fill(nullptr); }
 };
 
 struct Block {
   std::array<float, kCells> limit;        ///< the target's distance in steps: no level set goes below it
   std::array<char, kCells> inside;
   std::vector<std::unique_ptr<Layer>> layers;   ///< by bone
-  std::vector<std::int16_t> bones;              ///< of each layer, once more: looked through for every neighbour at every step
+  std::vector<std::int16_t> bones;              ///< of each layer, once more: quick to look through
   int inside_count = 0;
   int unclaimed = 0;
   int quiet = 0;                          ///< steps since all was claimed
@@ -41,14 +42,6 @@ struct Block {
     for (std::size_t k = 0; k < bones.size(); ++k)
       if (bones[k] == bone) return layers[k].get();
     return nullptr;
-  }
-  /// True when the layer is new.
-  bool add(std::int16_t bone) {
-    const auto at = std::lower_bound(bones.begin(), bones.end(), bone);
-    if (at != bones.end() && *at == bone) return false;
-    layers.insert(layers.begin() + (at - bones.begin()), std::make_unique<Layer>(bone));
-    bones.insert(at, bone);
-    return true;
   }
 };
 
@@ -60,6 +53,9 @@ struct Blocks {
 
   /// Blocks without layers.
   explicit Blocks(const Target& target);
+
+  /// Gives a block a layer; false when it has one already.
+  bool add(int block, std::int16_t bone);
 
   /// What has grown in them: layers become half differences, and are read into a grid a bone.
   Grown read(int bones);
@@ -73,33 +69,11 @@ struct Blocks {
   int index(int x, int y, int z) const { return (z * counts.y() + y) * counts.x() + x; }
   Eigen::Vector3i cell(int b) const { return {b % counts.x(), (b / counts.x()) % counts.y(), b / (counts.x() * counts.y())}; }
   bool contains(const Eigen::Vector3i& c) const { return (c.array() >= 0).all() && (c.array() < counts.array()).all(); }
-
-  /// A layer with a border of one sample from the neighbouring blocks; `next` of blocks that are flagged awake, when asked for.
-  void gather(int block, int bone, const std::vector<char>* next_of, float* out) const {
-    const Eigen::Vector3i at = cell(block);
-    const float* from[27];
-    for (int k = 0; k < 27; ++k) {
-      const Eigen::Vector3i c = at + Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-      from[k] = nullptr;
-      if (!contains(c)) continue;
-      const int b = index(c.x(), c.y(), c.z());
-      if (const Layer* l = all[b].layer(bone)) from[k] = next_of && (*next_of)[b] ? l->next.data() : l->phi.data();
-    }
-    for (int z = -1; z <= kSide; ++z)
-      for (int y = -1; y <= kSide; ++y) {
-        const int row = 9 * (z < 0 ? 0 : z < kSide ? 1 : 2) + 3 * (y < 0 ? 0 : y < kSide ? 1 : 2);
-        const int offset = ((z & 7) * kSide + (y & 7)) * kSide;
-        float* line = out + ((z + 1) * kHaloSide + y + 1) * kHaloSide;
-        line[0] = from[row] ? from[row][offset + kSide - 1] : kBand;
-        Eigen::Map<Row<kSide>> own(line + 1);
-        if (from[row + 1])
-          own = Eigen::Map<const Row<kSide>>(from[row + 1] + offset);
-        else
-          own.setConstant(kBand);
-        line[kSide + 1] = from[row + 2] ? from[row + 2][offset] : kBand;
-      }
-  }
 };
+
+/// A layer's values with a border of one sample from the neighbouring blocks.
+/// @param values  &Layer::phi or &Layer::next
+void gather(const Layer& layer, std::array<float, kCells> Layer::*values, float* out);
 
 inline int halo_index(int cell) {
   const int x = cell % kSide, y = cell / kSide % kSide, z = cell / (kSide * kSide);

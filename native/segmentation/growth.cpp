@@ -22,7 +22,7 @@ constexpr float kCoreDepth = 0.3f;      // steps; a bone's own samples are at le
 class Growth {
  public:
   Growth(const Character& character, const Target& target, const Skeleton& skeleton, const SegmentationOptions& options)
-      : target_(target), curvature_(float(options.curvature)), limit_(float(options.curvature_limit)), blocks_(target), awake_(blocks_.all.size(), 0) {
+      : target_(target), curvature_(float(options.curvature)), limit_(float(options.curvature_limit)), blocks_(target), awake_(blocks_.all.size(), 1) {
     for (std::size_t b = 0; b < character.bones.size(); ++b) seed(skeleton, int(b));
     tbb::parallel_for(0, int(blocks_.all.size()), [&](int b) { settle_seeds(character, skeleton, b); });
   }
@@ -78,13 +78,13 @@ void Growth::seed(const Skeleton& skeleton, int bone) {
   for (int z = low.z(); z <= high.z(); ++z)
     for (int y = low.y(); y <= high.y(); ++y)
       for (int x = low.x(); x <= high.x(); ++x) {
-        Block& block = blocks_.all[blocks_.index(x, y, z)];
-        if (block.inside_count > 0) block.add(std::int16_t(bone));
+        const int block = blocks_.index(x, y, z);
+        if (blocks_.all[block].inside_count > 0) blocks_.add(block, std::int16_t(bone));
       }
   for (std::size_t i : target_.inside)
     if (skeleton.core[i] == bone) {
       const Eigen::Vector3i c = shape.cell(i) / kSide;
-      blocks_.all[blocks_.index(c.x(), c.y(), c.z())].add(std::int16_t(bone));
+      blocks_.add(blocks_.index(c.x(), c.y(), c.z()), std::int16_t(bone));
     }
 }
 
@@ -104,13 +104,17 @@ double bisector_side(const Skeleton& skeleton, int child, int parent, const Eige
 
 void Growth::settle_seeds(const Character& character, const Skeleton& skeleton, int b) {
   Block& block = blocks_.all[b];
-  const double step = blocks_.shape.step;
+  const double step = blocks_.shape.step, half = (kSide - 1) / 2.0;
+  const Eigen::Vector3d middle = blocks_.shape.origin + step * ((kSide * blocks_.cell(b)).cast<double>().array() + half).matrix();
+  std::vector<char> far;   // of each layer: the bone is beyond the band from all of the block
+  for (const auto& layer : block.layers) far.push_back(distance_to_bone(skeleton, layer->bone, middle) > step * (kBand + std::sqrt(3.0) * half));
   for (int k = 0; k < kCells && !block.layers.empty(); ++k) {
     const std::size_t i = blocks_.sample(b, k);
     if (i == blocks_.shape.count()) continue;
     const Eigen::Vector3d p = blocks_.shape.position(i);
-    for (auto& layer : block.layers) {
-      float v = std::clamp(float(distance_to_bone(skeleton, layer->bone, p) / step), -kBand, kBand);
+    for (std::size_t n = 0; n < block.layers.size(); ++n) {
+      const auto& layer = block.layers[n];
+      float v = far[n] ? kBand : std::clamp(float(distance_to_bone(skeleton, layer->bone, p) / step), -kBand, kBand);
       if (skeleton.core[i] == layer->bone)
         v = std::min(v, -kCoreDepth);
       else if (skeleton.core[i] >= 0)
@@ -132,8 +136,11 @@ void Growth::list_awake() {
   active_.clear();
   for (std::size_t b = 0; b < blocks_.all.size(); ++b) {
     const Block& block = blocks_.all[b];
-    awake_[b] = block.inside_count > 0 && !block.layers.empty() && (block.unclaimed > 0 || block.quiet < kSettling);
-    if (awake_[b]) active_.push_back(int(b));
+    const bool awake = block.inside_count > 0 && !block.layers.empty() && (block.unclaimed > 0 || block.quiet < kSettling);
+    if (awake) active_.push_back(int(b));
+    else if (awake_[b])
+      for (const auto& layer : block.layers) layer->next = layer->phi;
+    awake_[b] = awake;
   }
 }
 
@@ -168,7 +175,7 @@ void Growth::advance(int b) {
   const Nearest nearest(block);
   float halo[kHaloCells];
   for (auto& layer : block.layers) {
-    blocks_.gather(b, layer->bone, nullptr, halo);
+    gather(*layer, &Layer::phi, halo);
     for_rows(halo, [&](int first, const Stencil<kSide>& at) {
       const Row<kSide> phi = at.at(0), far = phi.abs();
       Row<kSide> speed = Row<kSide>::Ones(), next = phi;
@@ -187,13 +194,26 @@ void Growth::advance(int b) {
   }
 }
 
+// True only where the redistancing equation leaves a row at the band's edge: the slope is no more than that of a distance.
+bool stays_far(const Stencil<kSide>& at) {
+  constexpr float kNear = kBand - 0.57f;   // three such differences make a slope of less than 1
+  if (at.at(0).minCoeff() < kBand) return false;
+  Row<kSide> least = at.at(-1).min(at.at(1));
+  for (const int offset : {at.row, at.slice}) least = least.min(at.at(-offset)).min(at.at(offset));
+  return least.minCoeff() >= kNear;
+}
+
 // One step of the redistancing equation, then projection.
 void Growth::redistance(int b) {
   Block& block = blocks_.all[b];
   float halo[kHaloCells];
   for (auto& layer : block.layers) {
-    blocks_.gather(b, layer->bone, &awake_, halo);
+    gather(*layer, &Layer::next, halo);
     for_rows(halo, [&](int first, const Stencil<kSide>& at) {
+      if (stays_far(at)) {
+        Eigen::Map<Row<kSide>>(&layer->phi[first]).setConstant(kBand);
+        return;
+      }
       const Row<kSide> phi = at.at(0), beside = beside_zero(at);
       Row<kSide> side, v;
       for (int k = 0; k < kSide; ++k) side[k] = phi[k] > 0 ? 1.f : -1.f;
@@ -249,8 +269,8 @@ void Growth::open_neighbours() {
       for (int f = 0; f < 6; ++f) {
         const Eigen::Vector3i c = blocks_.cell(b) + kSteps[f];
         if (!(layer->faces & (1 << f)) || !blocks_.contains(c)) continue;
-        Block& next = blocks_.all[blocks_.index(c.x(), c.y(), c.z())];
-        if (next.inside_count > 0 && next.add(layer->bone)) next.quiet = 0;
+        const int next = blocks_.index(c.x(), c.y(), c.z());
+        if (blocks_.all[next].inside_count > 0 && blocks_.add(next, layer->bone)) blocks_.all[next].quiet = 0;
       }
 }
 
