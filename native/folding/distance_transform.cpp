@@ -54,15 +54,41 @@ EIGHT_INLINE void least_of_eight(const float* from, float* to, int r, int rows, 
   std::memcpy(to + std::size_t(r) * stride, &least, count * sizeof(float));
 }
 
-/// The same for `length` numbers of each of `rows`, `stride` apart. Reads up to seven numbers beyond.
-EIGHT_INLINE void across_all(const float* from, float* to, int rows, std::size_t stride, std::size_t length) {
-  for (std::size_t i = 0; i < length; i += kLanes)
-    for (int r = 0; r < rows; ++r) least_of_eight(from + i, to + i, r, rows, stride, std::min(kLanes, length - i));
+/// The same in loops, which are faster where registers are smaller.
+inline void least_of_eight_plain(const float* from, float* to, int r, int rows, std::size_t stride, std::size_t count) {
+  const float* const here = from + std::size_t(r) * stride;
+  float least[kLanes];
+  for (std::size_t n = 0; n < kLanes; ++n) least[n] = here[n];
+  const int reach = std::max(r, rows - 1 - r);
+  for (int d = 1; d <= reach; ++d) {
+    const float farther = float(d * d);
+    int open = 0;
+    for (std::size_t n = 0; n < kLanes; ++n) open |= least[n] > farther;
+    if (!open) break;
+    const float* const below = here - std::size_t(std::min(d, r)) * stride;   // at the border one is looked at again, farther away than it is
+    const float* const above = here + std::size_t(std::min(d, rows - 1 - r)) * stride;
+    for (std::size_t n = 0; n < kLanes; ++n) {
+      const float nearer = std::min(below[n], above[n]) + farther;
+      least[n] = nearer < least[n] ? nearer : least[n];
+    }
+  }
+  std::memcpy(to + std::size_t(r) * stride, least, count * sizeof(float));
 }
 
-void across_plain(const float* from, float* to, int rows, std::size_t stride, std::size_t length) { across_all(from, to, rows, stride, length); }
+/// The same for `length` numbers of each of `rows`, `stride` apart. Reads up to seven numbers beyond.
+template <bool kWide>
+EIGHT_INLINE void across_all(const float* from, float* to, int rows, std::size_t stride, std::size_t length) {
+  for (std::size_t i = 0; i < length; i += kLanes)
+    for (int r = 0; r < rows; ++r) {
+      const std::size_t count = std::min(kLanes, length - i);
+      if constexpr (kWide) least_of_eight(from + i, to + i, r, rows, stride, count);
+      else least_of_eight_plain(from + i, to + i, r, rows, stride, count);
+    }
+}
 
-EIGHT_AVX2 void across_avx2(const float* from, float* to, int rows, std::size_t stride, std::size_t length) { across_all(from, to, rows, stride, length); }
+void across_plain(const float* from, float* to, int rows, std::size_t stride, std::size_t length) { across_all<false>(from, to, rows, stride, length); }
+
+EIGHT_AVX2 void across_avx2(const float* from, float* to, int rows, std::size_t stride, std::size_t length) { across_all<true>(from, to, rows, stride, length); }
 
 void across_rows(const float* from, float* to, int rows, std::size_t stride, std::size_t length) {
   if (has_avx2()) across_avx2(from, to, rows, stride, length);
