@@ -4,109 +4,123 @@
 
 #include <algorithm>
 
+#include "common/eight.h"
+
 namespace transformables::folding {
 namespace {
 
-constexpr float kFar = 1e12f;
+constexpr std::size_t kLanes = 8;
+constexpr int kMost = 1000000;   // steps: where no sample is one
 
-/// Squared distances along one line of samples, in place (Felzenszwalb and Huttenlocher 2012).
-class LineTransform {
- public:
-  explicit LineTransform(int longest) : value_(longest), bound_(longest + 1), parabola_(longest), half_inverse_(longest) {
-    for (int d = 1; d < longest; ++d) half_inverse_[d] = 0.5 / d;
-  }
-
-  void operator()(float* line, std::size_t stride, int n) {
-    int last = -1;
-    for (int q = 0; q < n; ++q) {
-      value_[q] = line[q * stride];
-      if (value_[q] >= kFar) continue;
-      double meet = -kFar;
-      for (; last >= 0; --last) {
-        meet = crossing(q, parabola_[last]);
-        if (meet > bound_[last]) break;
-      }
-      parabola_[++last] = q;
-      bound_[last] = last > 0 ? meet : -kFar;
-    }
-    if (last < 0) return;
-    bound_[last + 1] = kFar;
-    for (int q = 0, at = 0; q < n; ++q) {
-      while (bound_[at + 1] < q) ++at;
-      const float d = float(q - parabola_[at]);
-      line[q * stride] = d * d + value_[parabola_[at]];
-    }
-  }
-
- private:
-  double crossing(int q, int p) const { return (double(value_[q]) - double(value_[p]) + double(q) * q - double(p) * p) * half_inverse_[q - p]; }
-
-  std::vector<float> value_;
-  std::vector<double> bound_;
-  std::vector<int> parabola_;
-  std::vector<double> half_inverse_;
-};
-
-/// Squared distance along each row to the nearest sample that `is_one`, no more than `most` squared.
+/// Squared distance along each row to the nearest sample that `is_one`, no more than `most` squared; whether there is any.
 template <class IsOne>
-void along_row(const char* flags, float* row, int n, float most, const IsOne& is_one) {
-  float steps = most;
-  for (int i = 0; i < n; ++i) {
-    steps = is_one(flags[i]) ? 0 : std::min(steps + 1, most);
-    row[i] = steps;
+bool along_row(const char* flags, float* row, int n, int most, std::vector<int>& steps, const IsOne& is_one) {
+  int now = most;
+  for (int i = 0; i < n; ++i) steps[i] = now = is_one(flags[i]) ? 0 : std::min(now + 1, most);
+  if (now == most && std::none_of(flags, flags + n, is_one)) {
+    std::fill_n(row, n, float(most) * float(most));
+    return false;
   }
-  steps = most;
+  now = most;
   for (int i = n - 1; i >= 0; --i) {
-    steps = is_one(flags[i]) ? 0 : std::min(steps + 1, most);
-    row[i] = std::min(row[i], steps);
+    now = std::min(steps[i], now + 1);
+    row[i] = float(now) * float(now);
   }
-  for (int i = 0; i < n; ++i) row[i] *= row[i];
+  return true;
 }
 
-/// The lesser of each row and its neighbours up to kDeepest away, which lie that much farther: `rows` of `length`, `stride` apart.
-void across_rows(const float* from, float* to, int rows, std::size_t stride, std::size_t length) {
-  for (int r = 0; r < rows; ++r) {
-    float* out = to + std::size_t(r) * stride;
-    std::copy_n(from + std::size_t(r) * stride, length, out);
-    for (int n = std::max(0, r - kDeepest + 1); n < std::min(rows, r + kDeepest); ++n) {
-      const float farther = float((n - r) * (n - r));
-      const float* in = from + std::size_t(n) * stride;
-      for (std::size_t i = 0; i < length; ++i) out[i] = std::min(out[i], in[i] + farther);
+/// The least of eight numbers of a row and those of all rows, which lie the farther the more rows they are away. Rows that are farther than
+/// the greatest number found so far are not looked at.
+EIGHT_INLINE void least_of_eight(const float* from, float* to, int r, int rows, std::size_t stride, std::size_t count) {
+  const float* const here = from + std::size_t(r) * stride;
+  EIGHT_LOAD(Floats, least, here);
+  const int reach = std::max(r, rows - 1 - r);
+  for (int d = 1; d <= reach; ++d) {
+    const float farther = float(d * d);
+    const Eight open = least > farther;
+    EIGHT_BITS_OF_EIGHT(any, open);
+    if (any == 0) break;
+    if (d <= r) {
+      EIGHT_LOAD(Floats, other, here - std::size_t(d) * stride);
+      other += farther;
+      least = other < least ? other : least;
+    }
+    if (d < rows - r) {
+      EIGHT_LOAD(Floats, other, here + std::size_t(d) * stride);
+      other += farther;
+      least = other < least ? other : least;
     }
   }
+  std::memcpy(to + std::size_t(r) * stride, &least, count * sizeof(float));
+}
+
+/// The same in loops, which are faster where registers are smaller.
+inline void least_of_eight_plain(const float* from, float* to, int r, int rows, std::size_t stride, std::size_t count) {
+  const float* const here = from + std::size_t(r) * stride;
+  float least[kLanes];
+  for (std::size_t n = 0; n < kLanes; ++n) least[n] = here[n];
+  const int reach = std::max(r, rows - 1 - r);
+  for (int d = 1; d <= reach; ++d) {
+    const float farther = float(d * d);
+    int open = 0;
+    for (std::size_t n = 0; n < kLanes; ++n) open |= least[n] > farther;
+    if (!open) break;
+    const float* const below = here - std::size_t(std::min(d, r)) * stride;   // at the border one is looked at again, farther away than it is
+    const float* const above = here + std::size_t(std::min(d, rows - 1 - r)) * stride;
+    for (std::size_t n = 0; n < kLanes; ++n) {
+      const float nearer = std::min(below[n], above[n]) + farther;
+      least[n] = nearer < least[n] ? nearer : least[n];
+    }
+  }
+  std::memcpy(to + std::size_t(r) * stride, least, count * sizeof(float));
+}
+
+/// The same for `length` numbers of each of `rows`, `stride` apart. Reads up to seven numbers beyond.
+template <bool kWide>
+EIGHT_INLINE void across_all(const float* from, float* to, int rows, std::size_t stride, std::size_t length) {
+  for (std::size_t i = 0; i < length; i += kLanes)
+    for (int r = 0; r < rows; ++r) {
+      const std::size_t count = std::min(kLanes, length - i);
+      if constexpr (kWide) least_of_eight(from + i, to + i, r, rows, stride, count);
+      else least_of_eight_plain(from + i, to + i, r, rows, stride, count);
+    }
+}
+
+void across_plain(const float* from, float* to, int rows, std::size_t stride, std::size_t length) { across_all<false>(from, to, rows, stride, length); }
+
+EIGHT_AVX2 void across_avx2(const float* from, float* to, int rows, std::size_t stride, std::size_t length) { across_all<true>(from, to, rows, stride, length); }
+
+void across_rows(const float* from, float* to, int rows, std::size_t stride, std::size_t length) {
+  if (has_avx2()) across_avx2(from, to, rows, stride, length);
+  else across_plain(from, to, rows, stride, length);
+}
+
+/// Squared distance to the nearest sample that `is_one`, no more than `most` squared: along each axis in turn, as squares add up.
+template <class IsOne>
+std::vector<float> transformed(const std::vector<char>& flags, const Eigen::Vector3i& size, int most, const IsOne& is_one) {
+  const std::size_t nx = size.x(), ny = size.y(), nz = size.z(), slice = nx * ny;
+  std::vector<float> v(slice * nz + kLanes), w(slice * nz + kLanes);
+  tbb::parallel_for(std::size_t(0), nz, [&](std::size_t k) {
+    std::vector<int> steps(nx);
+    float* const at = v.data() + k * slice;
+    bool any = false;
+    for (std::size_t j = 0; j < ny; ++j) any = along_row(flags.data() + k * slice + j * nx, at + j * nx, int(nx), most, steps, is_one) || any;
+    if (any) across_rows(at, w.data() + k * slice, int(ny), nx, nx);
+    else std::copy_n(at, slice, w.data() + k * slice);
+  });
+  tbb::parallel_for(std::size_t(0), ny, [&](std::size_t j) { across_rows(w.data() + j * nx, v.data() + j * nx, int(nz), slice, nx); });
+  v.resize(slice * nz);
+  return v;
 }
 
 }  // namespace
 
 std::vector<float> squared_distances(const std::vector<char>& flags, const Eigen::Vector3i& size) {
-  const std::size_t nx = size.x(), ny = size.y(), nz = size.z(), slice = nx * ny;
-  std::vector<float> v(slice * nz);
-  tbb::parallel_for(std::size_t(0), nz, [&](std::size_t k) {
-    LineTransform line{size.y()};
-    float* const at = v.data() + k * slice;
-    for (std::size_t j = 0; j < ny; ++j)
-      along_row(flags.data() + k * slice + j * nx, at + j * nx, int(nx), 1e6f, [](char flag) { return flag != 0; });
-    for (std::size_t i = 0; i < nx; ++i) line(at + i, nx, int(ny));
-  });
-  tbb::parallel_for(std::size_t(0), ny, [&](std::size_t j) {
-    LineTransform line{size.z()};
-    for (std::size_t i = 0; i < nx; ++i) line(v.data() + j * nx + i, slice, int(nz));
-  });
-  return v;
+  return transformed(flags, size, kMost, [](char flag) { return flag != 0; });
 }
 
 std::vector<float> squared_depths(const std::vector<char>& flags, const Eigen::Vector3i& size) {
-  const std::size_t nx = size.x(), ny = size.y(), nz = size.z(), slice = nx * ny;
-  std::vector<float> v(slice * nz), w(slice * nz);
-  tbb::parallel_for(std::size_t(0), nz, [&](std::size_t k) {
-    for (std::size_t j = 0; j < ny; ++j) {
-      const std::size_t row = k * slice + j * nx;
-      along_row(flags.data() + row, v.data() + row, int(nx), float(kDeepest), [](char flag) { return flag == 0; });
-    }
-    across_rows(v.data() + k * slice, w.data() + k * slice, int(ny), nx, nx);
-  });
-  tbb::parallel_for(std::size_t(0), ny, [&](std::size_t j) { across_rows(w.data() + j * nx, v.data() + j * nx, int(nz), slice, nx); });
-  return v;
+  return transformed(flags, size, kDeepest, [](char flag) { return flag == 0; });
 }
 
 }  // namespace transformables::folding

@@ -3,14 +3,39 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <utility>
+#include <compare>
+#include <span>
 
 #include "folding/cores.h"
 
 namespace transformables::folding {
 namespace {
 
-constexpr int kBrick = 4;  // samples along the edge of a brick of samples that are looked at together
+constexpr int kBrick = 4, kBlock = 4 * kBrick;  // samples along the edges of bricks of samples that are looked at together, and of blocks of bricks
+constexpr float kUneven = 0.1f;                  // steps by which an interpolated distance may change more than the way between two points
+
+struct Ball {
+  Eigen::Vector3f centre;
+  float radius = 0;
+};
+
+Ball ball_about(std::span<const Eigen::Vector3f> points) {
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& p : points) box.extend(p);
+  Ball ball{box.center()};
+  for (const Eigen::Vector3f& p : points) ball.radius = std::max(ball.radius, (p - ball.centre).norm());
+  return ball;
+}
+
+/// Where each run of equal `of(place)` begins among `count` places, and the end.
+template <class Of>
+std::vector<std::size_t> runs(std::size_t count, const Of& of) {
+  std::vector<std::size_t> first;
+  for (std::size_t i = 0; i < count; ++i)
+    if (i == 0 || of(i) != of(i - 1)) first.push_back(i);
+  first.push_back(count);
+  return first;
+}
 
 }  // namespace
 
@@ -23,48 +48,66 @@ PathCollisions::PathCollisions(const Design& design, const std::vector<char>& pr
         if (a != b && move.group(a) != move.group(b) && present[a] && present[b]) encounters_[a].push_back({b, move.pair(a, b)});
 }
 
-/// Most encounters are ruled out for a ball about all samples of a brick; the others are looked at for each.
-void PathCollisions::hits_of_brick(const std::vector<Eigen::Vector3f>& points, int bone, int enough, std::vector<int>& found) const {
-  Eigen::AlignedBox3f box;
-  for (const Eigen::Vector3f& p : points) box.extend(p);
-  const Eigen::Vector3f centre = box.center();
-  float radius = 0;
-  for (const Eigen::Vector3f& p : points) radius = std::max(radius, (p - centre).norm());
-  std::size_t open = points.size();
+/// The encounters of a bone that are not ruled out for a ball about all the points.
+std::vector<const PathCollisions::Encounter*> PathCollisions::near(std::span<const Eigen::Vector3f> points, int bone) const {
+  const Ball ball = ball_about(points);
+  std::vector<const Encounter*> result;
   for (const Encounter& e : encounters_[bone]) {
-    if (open == 0) return;
     const PartField& field = fields_[e.other];
-    if (field.empty()) continue;
-    const float speed = e.motion.speed(centre, radius);
-    const int from = first_hit(field, e.motion, centre, speed, 0, tolerance_ - radius);
+    if (!field.empty() && first_hit(field, e.motion, ball.centre, e.motion.speed(ball.centre, ball.radius), 0, tolerance_ - ball.radius - kUneven) >= 0)
+      result.push_back(&e);
+  }
+  return result;
+}
+
+/// Most of the encounters left are ruled out for a ball about all samples of a brick; the others are looked at for each.
+void PathCollisions::hits_of_brick(std::span<const Eigen::Vector3f> points, const std::vector<const Encounter*>& encounters, int enough, std::span<int> found) const {
+  const Ball ball = ball_about(points);
+  std::size_t open = points.size();
+  for (const Encounter* e : encounters) {
+    if (open == 0) return;
+    const PartField& field = fields_[e->other];
+    const float speed = e->motion.speed(ball.centre, ball.radius);
+    const int from = first_hit(field, e->motion, ball.centre, speed, 0, tolerance_ - ball.radius);
     if (from < 0) continue;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (found[i] >= enough || first_hit(field, e.motion, points[i], speed, from, tolerance_) < 0) continue;
+      if (found[i] >= enough || first_hit(field, e->motion, points[i], speed, from, tolerance_) < 0) continue;
       if (++found[i] == enough) --open;
     }
   }
 }
 
 std::vector<int> PathCollisions::hits(const std::vector<std::uint32_t>& samples, int bone, int enough) const {
-  const auto brick_of = [&](std::uint32_t s) -> std::uint64_t {
-    const Eigen::Vector3i b = shape_.cell(s) / kBrick;
+  const auto place_of = [&](const Eigen::Vector3i& b) {
     return (std::uint64_t(b.z()) * std::uint64_t(shape_.size.y()) + std::uint64_t(b.y())) * std::uint64_t(shape_.size.x()) + std::uint64_t(b.x());
   };
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // brick, place in `samples`
-  for (std::size_t i = 0; i < samples.size(); ++i) order.push_back({brick_of(samples[i]), std::uint32_t(i)});
+  struct Place {
+    std::uint64_t block, brick;
+    std::uint32_t sample;   // place in `samples`
+    auto operator<=>(const Place&) const = default;
+  };
+  std::vector<Place> order;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Eigen::Vector3i c = shape_.cell(samples[i]);
+    order.push_back({place_of(c / kBlock), place_of(c / kBrick), std::uint32_t(i)});
+  }
   std::sort(order.begin(), order.end());
-  std::vector<std::size_t> first;
-  for (std::size_t i = 0; i < order.size(); ++i)
-    if (i == 0 || order[i].first != order[i - 1].first) first.push_back(i);
-  std::vector<int> result(samples.size(), 0);
-  tbb::parallel_for(std::size_t(0), first.size(), [&](std::size_t b) {
-    const std::size_t end = b + 1 < first.size() ? first[b + 1] : order.size();
-    std::vector<Eigen::Vector3f> points;
-    for (std::size_t i = first[b]; i < end; ++i) points.push_back(shape_.cell(samples[order[i].second]).cast<float>());
-    std::vector<int> found(points.size(), 0);
-    hits_of_brick(points, bone, enough, found);
-    for (std::size_t i = first[b]; i < end; ++i) result[order[i].second] = found[i - first[b]];
+  std::vector<Eigen::Vector3f> points;
+  for (const Place& p : order) points.push_back(shape_.cell(samples[p.sample]).cast<float>());
+  const std::vector<std::size_t> blocks = runs(order.size(), [&](std::size_t i) { return order[i].block; });
+  const std::vector<std::size_t> bricks = runs(order.size(), [&](std::size_t i) { return order[i].brick; });
+  std::vector<std::vector<const Encounter*>> near_block(blocks.size() - 1);
+  tbb::parallel_for(std::size_t(0), near_block.size(), [&](std::size_t k) {
+    near_block[k] = near(std::span(points).subspan(blocks[k], blocks[k + 1] - blocks[k]), bone);
   });
+  std::vector<int> found(points.size(), 0);
+  tbb::parallel_for(std::size_t(0), bricks.size() - 1, [&](std::size_t b) {
+    const std::size_t first = bricks[b], count = bricks[b + 1] - first;
+    const std::size_t block = std::size_t(std::upper_bound(blocks.begin(), blocks.end(), first) - blocks.begin()) - 1;
+    hits_of_brick(std::span(points).subspan(first, count), near_block[block], enough, std::span(found).subspan(first, count));
+  });
+  std::vector<int> result(samples.size());
+  for (std::size_t i = 0; i < order.size(); ++i) result[order[i].sample] = found[i];
   return result;
 }
 

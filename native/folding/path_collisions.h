@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "folding/carve_estimate.h"
@@ -28,7 +29,8 @@ class PathCollisions {
     int other = 0;
     PairMotion motion;
   };
-  void hits_of_brick(const std::vector<Eigen::Vector3f>& points, int bone, int enough, std::vector<int>& found) const;
+  std::vector<const Encounter*> near(std::span<const Eigen::Vector3f> points, int bone) const;
+  void hits_of_brick(std::span<const Eigen::Vector3f> points, const std::vector<const Encounter*>& encounters, int enough, std::span<int> found) const;
 
   const GridShape& shape_;
   const Skeletons skeletons_;

@@ -84,10 +84,16 @@ class Cells {
     for (std::size_t i = 0; i + slice + row + 1 < phi_.values.size(); ++i)
       for (const std::size_t k : {i, i + 1, i + row, i + row + 1, i + slice, i + slice + 1, i + slice + row, i + slice + row + 1}) near_[i] |= phi_[k] <= near;
   }
-  bool may_be_near(const Eigen::Vector3d& p) const {
-    const Eigen::Vector3d q = (p - phi_.shape.origin) / phi_.shape.step;
-    if ((q.array() < 0).any() || (q.array() >= phi_.shape.size.cast<double>().array() - 1).any()) return false;
-    return near_[phi_.shape.index(q.cast<int>())];
+  bool may_be_near(const Eigen::Vector3d& p) const { return may_be_near_steps((p - phi_.shape.origin) / phi_.shape.step); }
+  /// The same of a point in steps from the level set's first sample.
+  bool may_be_near_steps(const Eigen::Vector3d& q) const {
+    const Eigen::Vector3i& size = phi_.shape.size;
+    if (!(q.x() >= 0 && q.y() >= 0 && q.z() >= 0 && q.x() < size.x() - 1 && q.y() < size.y() - 1 && q.z() < size.z() - 1)) return false;
+    return near_[phi_.shape.index(int(q.x()), int(q.y()), int(q.z()))];
+  }
+  /// A motion that takes points to where they are then, in such steps.
+  Eigen::Affine3d in_steps(const Eigen::Isometry3d& motion) const {
+    return Eigen::Scaling(1 / phi_.shape.step) * Eigen::Translation3d(-phi_.shape.origin) * Eigen::Affine3d(motion);
   }
 
  private:
@@ -171,12 +177,14 @@ Collisions collisions(const Segmentation& segmentation, const Target& target, co
   std::vector<std::size_t> part;
   for (std::size_t i : target.inside)
     if (finer ? child.may_be_near(shape.position(i)) : segmentation.owner[i] == joint.child) part.push_back(i);
+  std::vector<Eigen::Affine3d> in_steps;
+  for (const Eigen::Isometry3d& motion : joint.motions) in_steps.push_back(parent.in_steps(motion));
   std::vector<Collisions> found(part.size());
   tbb::parallel_for(std::size_t(0), part.size(), [&](std::size_t k) {
     std::vector<const Eigen::Isometry3d*> near;
     const Eigen::Vector3d at = shape.position(part[k]);
-    for (const Eigen::Isometry3d& motion : joint.motions)
-      if (parent.may_be_near(motion * at)) near.push_back(&motion);
+    for (std::size_t m = 0; m < in_steps.size(); ++m)
+      if (parent.may_be_near_steps(in_steps[m] * at)) near.push_back(&joint.motions[m]);
     for (int n = 0; !near.empty() && n < (finer ? 8 : 1); ++n) {
       const Eigen::Vector3d p = finer ? at + 0.25 * shape.step * Eigen::Vector3d(n & 1 ? 1 : -1, n & 2 ? 1 : -1, n & 4 ? 1 : -1) : at;
       if (finer && !parts.is_in(joint.child, p)) continue;

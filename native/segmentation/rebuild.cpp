@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kFits = 60;             // iterations of the fit
 
-// The face neighbours of a sample that are inside the target.
+// The face neighbours of a sample that are inside the target; in place of others the one after the last sample of the box, where values are 0.
 struct InsideNeighbours {
   std::array<std::uint32_t, 6> index;
   int count = 0;
@@ -35,6 +35,7 @@ class Rebuild {
     if (!fitted_.empty()) {
       start_fit();
       for (int k = 0; k < kFits; ++k) fit();
+      for (std::size_t i : fitted_) phi_[i] = value_[i];
     }
     for (std::size_t i = 0; i < phi_.values.size(); ++i)
       if (inside_[i]) phi_[i] = right_side(i, phi_[i], kLeast);
@@ -62,7 +63,7 @@ class Rebuild {
   std::vector<char> inside_, own_;
   std::vector<std::size_t> fitted_;
   std::vector<InsideNeighbours> beside_;                   // of each fitted one
-  std::vector<float> bend_, next_;
+  std::vector<float> value_, bend_, next_;                 // while it is fitted, of the box and one more
 };
 
 // Old values where there are any; elsewhere far on the side that the owner says.
@@ -114,10 +115,14 @@ void Rebuild::start_fit() {
                         !(!around_.doubtful.empty() && around_.doubtful[global_[i]]);
     if (!stands) phi_[i] = own_[i] ? -guess : guess;
   }
-  bend_.assign(phi_.values.size(), 0);
-  next_ = phi_.values;
+  const std::size_t none = phi_.values.size();
+  bend_.assign(none + 1, 0);
+  value_ = phi_.values;
+  value_.push_back(0);
+  next_ = value_;
   for (std::size_t i : fitted_) {
     InsideNeighbours& beside = beside_.emplace_back();
+    beside.index.fill(std::uint32_t(none));
     for_neighbours(phi_.shape, i, [&](std::size_t n) {
       if (inside_[n]) beside.index[beside.count++] = std::uint32_t(n);
     });
@@ -129,16 +134,16 @@ void Rebuild::start_fit() {
 void Rebuild::fit() {
   const auto deviation = [&](const std::vector<float>& f, std::size_t k) {
     const InsideNeighbours& beside = beside_[k];
-    float sum = 0;
-    for (int n = 0; n < beside.count; ++n) sum += f[beside.index[n]];
+    const auto& n = beside.index;
+    const float sum = 0.f + f[n[0]] + f[n[1]] + f[n[2]] + f[n[3]] + f[n[4]] + f[n[5]];
     return beside.count > 0 ? sum / float(beside.count) - f[fitted_[k]] : 0.f;
   };
-  for (std::size_t k = 0; k < fitted_.size(); ++k) bend_[fitted_[k]] = deviation(phi_.values, k);
+  for (std::size_t k = 0; k < fitted_.size(); ++k) bend_[fitted_[k]] = deviation(value_, k);
   for (std::size_t k = 0; k < fitted_.size(); ++k) {
     const std::size_t i = fitted_[k];
-    next_[i] = right_side(i, phi_[i] + 0.5f * bend_[i] - 0.3f * deviation(bend_, k), 4 * kLeast);
+    next_[i] = right_side(i, value_[i] + 0.5f * bend_[i] - 0.3f * deviation(bend_, k), 4 * kLeast);
   }
-  for (std::size_t i : fitted_) phi_[i] = next_[i];
+  std::swap(value_, next_);
 }
 
 // Each outside sample from its neighbours nearer to the target, weighted as the target's normal runs: constant along normals.
