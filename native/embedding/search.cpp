@@ -16,8 +16,8 @@ constexpr double kPinned = 1e5;          // so that a bone is rather out of the 
 constexpr double kPainted = 6e3;         // soft: a voxel that a painted region is missed by costs less than a voxel of a collision
 constexpr double kPinnedTurn = 0.1;      // a pinned bone's turn by a radian counts as much as this move
 // With many minima about, a larger population ends in better ones, but converges later: it is as large as the bound for a run
-// allows, up to twice the usual. The usual one has about converged after so many evaluations an unknown.
-constexpr double kEvaluationsAnUnknown = 250, kLargestPopulation = 2;
+// allows, up to twice the usual. The usual one has found most of what it will find after so many evaluations an unknown.
+constexpr double kEvaluationsAnUnknown = 90, kLargestPopulation = 2;
 constexpr double kWideSigma = 0.07, kCarefulSigma = 0.08, kRestartSigma = 0.15;
 constexpr double kLeastCurvature = 0.1;  // of the mean: a run's first steps are longest along directions that the geometry hardly depends on
 constexpr std::chrono::milliseconds kShown{40};
