@@ -80,11 +80,15 @@ class Search {
   Eigen::VectorXd changed(const Eigen::VectorXd& y, const std::vector<Candidate>& all, Random& random) const;
   bool is_below(int bone, int ancestor) const;
 
+  // The runs (runs.cpp).
   double breadth() const;
   std::vector<Run> started(const std::vector<Candidate>& candidates);
+  Run run_from(const Candidate& candidate, double sigma, int population, std::uint64_t stream) const;
+  CmaEs optimiser(double sigma, int population, std::uint64_t stream) const;
   void advance(std::vector<Run>& runs, long bound);
   void advance_once(std::vector<Run*>& active);
   void restart_when_over(Run& run) const;
+
   void watch(std::span<const Candidate> candidates);
   void show(const Eigen::VectorXd& y, const StartPlace& start);
   void evaluate(std::vector<Candidate>& candidates, bool watched);
@@ -103,8 +107,6 @@ class Search {
   void settle(std::vector<Run>& ended);
   bool sound(const Run& run);
   Embedding embedding_of(const Eigen::VectorXd& y, const StartPlace& start);
-  Run run_from(const Candidate& candidate, double sigma, int population, std::uint64_t stream) const;
-  CmaEs optimiser(double sigma, int population, std::uint64_t stream) const;
   void tick() { progress_(std::min(1.0, double(evaluations_) / double(planned_)), "embedding"); }
 
   const Character& character_;
