@@ -139,6 +139,17 @@ TEST(Finish, SkeletonsAreNotCarvedForAnothersSkin) {
   }
 }
 
+TEST(Finish, ASkeletonThatAnotherWouldSwallowIsKept) {
+  const auto until = [](double y) { return [y](const Eigen::Vector3d& p) { return p.y() - y; }; };
+  Design d = beam({kHalfWidth, 0.25, kHalfWidth}, {bone("root", -1, -0.25, 0), bone("arm", 0, 0, 0.15), bone("tip", 1, 0.15, 0.17)}, 0.012,
+                  {until(0), [&](const Eigen::Vector3d& p) { return std::max(-p.y(), p.y() - 0.15); }, [&](const Eigen::Vector3d& p) { return 0.15 - p.y(); }});
+  d.turn(0, std::numbers::pi);  // the arm comes to lie along the root's bone, and so does the tip, which is much shorter
+  const Parts parts = d.finished();
+  ASSERT_EQ(parts.parts.size(), 3u);
+  for (const Part& part : parts.parts) EXPECT_GT(part.volume, 0);
+  EXPECT_TRUE(parts.certificate.holds);
+}
+
 TEST(Finish, MirroredHingesThatTurnAtOnceAreKeptApart) {
   std::vector<ArmatureBone> bones{bone("root", -1, -0.05, 0.05), bone("up", 0, 0.05, 0.2), bone("down", 0, -0.05, -0.2)};
   const auto middle = [](const Vector3d& p) { return std::abs(p.y()) - 0.05; };
