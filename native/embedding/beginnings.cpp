@@ -37,9 +37,12 @@ std::vector<Search::Candidate> Search::screened(std::size_t count) {
   return best;
 }
 
-/// Downhill from a place as Descent sees it; the best pose on the way takes the candidate's place when it is better on the whole.
-void Search::descend(Candidate& candidate, Eigen::VectorXd y, int steps) {
+/// Downhill as Descent sees it. Of the poses on the way that one is kept which is best on the whole and better than the candidate's value says; where none
+/// is, the last one, and the value stays.
+void Search::descend(Candidate& candidate, int steps) {
   Worker& worker = workers_.local();
+  Eigen::VectorXd y = candidate.y;
+  bool better = false;
   const auto height = [&](const Eigen::VectorXd& at) {
     unknowns_.read(at, candidate.start, worker.pose, worker.morphology);
     Evaluation evaluation = worker.coarse.without_flood(worker.pose, worker.morphology);
@@ -49,6 +52,7 @@ void Search::descend(Candidate& candidate, Eigen::VectorXd y, int steps) {
     if (const double value = beside + terms.total; value < candidate.value) {
       candidate.value = value;
       candidate.y = at;
+      better = true;
     }
     return beside + terms.total - options_.weights.skin * terms.skin - options_.weights.unfold * terms.unfold;
   };
@@ -68,27 +72,26 @@ void Search::descend(Candidate& candidate, Eigen::VectorXd y, int steps) {
     damping = std::max(kLeastDamping, kEased * damping);
     if (k + 1 < steps) worker.descent.look(worker.coarse, y, candidate.start);
   }
+  if (!better) candidate.y = y;
 }
 
-void Search::descend(std::vector<Candidate>& candidates, const std::vector<Eigen::VectorXd>& from, int steps) {
-  for_each_in_pieces(candidates, steps, true, [&](std::size_t k) { descend(candidates[k], from[k], steps); });
+void Search::descend(std::vector<Candidate>& candidates, int steps) {
+  for_each_in_pieces(candidates, steps, true, [&](std::size_t k) { descend(candidates[k], steps); });
 }
 
 /// A limb anew, or another's, or a little of everything.
-Eigen::VectorXd Search::changed(const Eigen::VectorXd& from, const std::vector<Candidate>& all, Random& random) const {
+void Search::change(Candidate& candidate, const std::vector<Candidate>& all, Random& random) const {
   const std::vector<int>& bones = unknowns_.bones();
-  const Eigen::Index root = unknowns_.root_count(), own = from.size() - root;
+  const Eigen::Index root = unknowns_.root_count(), own = candidate.y.size() - root;
   const double kind = random.uniform();
-  Eigen::VectorXd y = from;
   if (own == 0 || kind >= kNewLimb + kTakenLimb) {
-    for (double& number : y) number += kShaken * random.normal();
-    return y;
+    for (double& number : candidate.y) number += kShaken * random.normal();
+    return;
   }
   const int limb = bones[std::size_t(root) + std::size_t(random.uniform() * double(own))];
   const Candidate& other = all[std::size_t(random.uniform() * double(all.size()))];
-  for (Eigen::Index u = root; u < y.size(); ++u)
-    if (is_below(bones[std::size_t(u)], limb)) y[u] = kind < kNewLimb ? random.uniform(-kWithinLimb, kWithinLimb) : other.y[u];
-  return y;
+  for (Eigen::Index u = root; u < candidate.y.size(); ++u)
+    if (is_below(bones[std::size_t(u)], limb)) candidate.y[u] = kind < kNewLimb ? random.uniform(-kWithinLimb, kWithinLimb) : other.y[u];
 }
 
 bool Search::is_below(int bone, int ancestor) const {
@@ -98,12 +101,14 @@ bool Search::is_below(int bone, int ancestor) const {
 
 void Search::hop(std::vector<Candidate>& candidates) {
   for (int hop = 0; hop < kHops; ++hop) {
-    std::vector<Eigen::VectorXd> from;
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
+    std::vector<Candidate> changed = candidates;
+    for (std::size_t k = 0; k < changed.size(); ++k) {
       Random random(options_.seed * 7919 + 104729 * std::uint64_t(hop) + k);
-      from.push_back(changed(candidates[k].y, candidates, random));
+      change(changed[k], candidates, random);
     }
-    descend(candidates, from, kStepsAfter);
+    descend(changed, kStepsAfter);
+    for (std::size_t k = 0; k < changed.size(); ++k)
+      if (changed[k].value < candidates[k].value) candidates[k] = std::move(changed[k]);
   }
 }
 
@@ -114,12 +119,8 @@ long Search::planned_for_beginnings(std::size_t starts, std::size_t kept) {
 /// @param kept  of so many starts
 std::vector<Search::Candidate> Search::beginnings(std::size_t starts, std::size_t kept) {
   std::vector<Candidate> candidates = screened(starts);
-  std::vector<Eigen::VectorXd> from;
-  for (Candidate& candidate : candidates) {
-    from.push_back(candidate.y);
-    candidate.value = std::numeric_limits<double>::infinity();
-  }
-  descend(candidates, from, kSteps);
+  for (Candidate& candidate : candidates) candidate.value = std::numeric_limits<double>::infinity();  // what was not flooded has but a guess
+  descend(candidates, kSteps);
   std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.value < b.value; });
   candidates.resize(std::min(starts, kept));
   hop(candidates);

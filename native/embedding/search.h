@@ -74,10 +74,10 @@ class Search {
   std::vector<Candidate> beginnings(std::size_t starts, std::size_t kept);
   static long planned_for_beginnings(std::size_t starts, std::size_t kept);
   std::vector<Candidate> screened(std::size_t count);
-  void descend(std::vector<Candidate>& candidates, const std::vector<Eigen::VectorXd>& from, int steps);
-  void descend(Candidate& candidate, Eigen::VectorXd y, int steps);
+  void descend(std::vector<Candidate>& candidates, int steps);
+  void descend(Candidate& candidate, int steps);
   void hop(std::vector<Candidate>& candidates);
-  Eigen::VectorXd changed(const Eigen::VectorXd& y, const std::vector<Candidate>& all, Random& random) const;
+  void change(Candidate& candidate, const std::vector<Candidate>& all, Random& random) const;
   bool is_below(int bone, int ancestor) const;
 
   // The runs (runs.cpp).

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from . import blocks
 from .options import LONGEST_SIDE
 
-GOOD_ENOUGH_PCT = 2.5      # of the target, carved: the next pose is not tried then
+GOOD_ENOUGH_PCT = 1.0      # of the target, carved: the next pose is not tried then
 POOR_PCT = 4.0             # when the best of the poses roughly loses more, the search is done once more, elsewhere
 APART = 10.0               # how much more the pairs' share counts that are to be kept apart
 ROUGHLY = {"rounds": 1, "expansions": 200, "round_off": False}   # how well the unfolding of each is searched, to tell them apart
