@@ -140,7 +140,7 @@ class PairCarver {
     const Side &loser = a_yields ? a_ : b_, &winner = a_yields ? b_ : a_;
     take(loser, a_yields ? std::move(trial_a) : std::move(trial_b), a_yields ? into_a : into_b, true, losses);
     // What is left colliding is mostly the loser's core, to which the winner's skin gives way, and at last core against core.
-    yield(winner, loser, true, losses);
+    yield(winner, loser, losses);
     yield_cores(loser, winner, losses);
   }
 
@@ -168,20 +168,21 @@ class PairCarver {
     losses.changed[std::size_t(side.part->bone)] = 1;
     apply(*side.part, *side.bricks, std::move(done), s, manner_, shielded);
   }
-  void yield(const Side& side, const Side& other, bool shielded, Losses& losses) const {
+  /// All but its core.
+  void yield(const Side& side, const Side& other, Losses& losses) const {
     if (!collide(side, other)) return;
     const Swept s = swept(side, other);
-    take(side, try_carving(*side.part, *side.bricks, s, manner_, shielded), s, shielded, losses);
+    take(side, try_carving(*side.part, *side.bricks, s, manner_, true), s, true, losses);
   }
 
   /// Core against core. A part that would hardly keep any of its core is nothing to hold on to: then the other gives way, when it keeps more.
   void yield_cores(const Side& side, const Side& other, Losses& losses) const {
     if (!collide(side, other)) return;
-    Swept s = swept(side, other);
+    const Swept s = swept(side, other);
     Trial trial = try_carving(*side.part, *side.bricks, s, manner_, false);
     const double left = core_left(*side.part, trial.psi);
     if (left < kCoreToKeep) {
-      Swept s_other = swept(other, side);
+      const Swept s_other = swept(other, side);
       Trial trial_other = try_carving(*other.part, *other.bricks, s_other, manner_, false);
       if (core_left(*other.part, trial_other.psi) > left) return take(other, std::move(trial_other), s_other, false, losses);
     }
