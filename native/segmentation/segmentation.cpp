@@ -1,7 +1,9 @@
 #include "segmentation/segmentation.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "segmentation/blunting.h"
 #include "segmentation/growth.h"
 #include "segmentation/rounding.h"
 #include "segmentation/skeleton.h"
@@ -13,6 +15,7 @@ namespace {
 
 using namespace segmentation_inner;
 
+constexpr int kBluntings = 8;  // pieces that this cuts off are given away, which may leave sharp places
 constexpr int kMotions = 24;   // across a range, as in transfer
 
 void check(const SegmentationOptions& options) {
@@ -52,6 +55,12 @@ Segmentation grow(const Character& character, const Target& target, const Embedd
   std::vector<char> doubtful(claimed.size(), 0);
   for (std::size_t i : target.inside) doubtful[i] = claimed[i] != result.owner[i];
   surfaces.settle(result, doubtful, options.threads);
+  std::vector<char> changed;
+  for (int k = 0; k < kBluntings && blunt(result, target, skeleton.core, float(options.curvature_limit), options.threads, changed); ++k) {
+    const bool cut_off = surfaces.tile(result, skeleton.core, changed);
+    if (cut_off || std::find(changed.begin(), changed.end(), 1) != changed.end()) surfaces.settle(result, {}, options.threads, changed);
+    if (!cut_off) break;
+  }
   progress(1, "skins grown");
   return result;
 }

@@ -41,7 +41,8 @@ struct SegmentationOptions {
 };
 
 /// Grows level sets from the skeletal meshes by Eqs. 6 and 7 with projection until every inside voxel is claimed. Every bone gets its skeletal shape whole, at
-/// 0.9 of its radius; where shapes meet, each sample goes to the bone in whose shape it lies deepest.
+/// 0.9 of its radius; where shapes meet, each sample goes to the bone in whose shape it lies deepest. The interface of two parts (where half the difference of their
+/// level sets is zero) is nowhere sharper than `curvature_limit`, but at the skeletons' own samples and where a third part or the target's surface is a neighbour.
 /// @throws InvalidInput when options are out of range; Infeasible when a bone lies wholly outside the target; Cancelled
 Segmentation grow(const Character& character, const Target& target, const Embedding& embedding,
                   const SegmentationOptions& options, const Progress& progress);

@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -36,21 +37,28 @@ void diffuse(const Target& target, const std::vector<char>& inside, const std::v
   const Eigen::Vector3i first = target.distance.shape.nearest(phi.shape.origin);
   const float near = float(2 * phi.shape.step);
   std::vector<char> in(phi.values.size());
-  std::vector<std::size_t> band;
+  std::vector<std::uint32_t> band;
   for_cells(phi.shape, [&](std::size_t i, const Eigen::Vector3i& c) {
     const std::size_t g = target.distance.shape.index(c + first);
     in[i] = inside[g];
-    if (in[i] && (where.empty() || where[g]) && std::abs(phi[i]) < near) band.push_back(i);
+    if (in[i] && (where.empty() || where[g]) && std::abs(phi[i]) < near) band.push_back(std::uint32_t(i));
   });
-  std::vector<float> next(band.size());
+  std::vector<std::array<std::uint32_t, 6>> beside(band.size());   // of each sample, itself in place of neighbours that do not count
+  std::vector<float> share(band.size()), next(band.size());
+  for (std::size_t b = 0; b < band.size(); ++b) {
+    beside[b].fill(band[b]);
+    int count = 0;
+    for_neighbours(phi.shape, band[b], [&](std::size_t n) {
+      if (in[n]) beside[b][count++] = std::uint32_t(n);
+    });
+    share[b] = count > 0 ? 0.5f / float(count) : 0;
+  }
   for (int k = 0; k < kPolishes; ++k) {
     for (std::size_t b = 0; b < band.size(); ++b) {
+      const float here = phi[band[b]];
       float sum = 0;
-      int count = 0;
-      for_neighbours(phi.shape, band[b], [&](std::size_t n) {
-        if (in[n]) sum += phi[n], ++count;
-      });
-      next[b] = count > 0 ? 0.5f * (phi[band[b]] + sum / float(count)) : phi[band[b]];
+      for (const std::uint32_t n : beside[b]) sum += phi[n] - here;
+      next[b] = here + share[b] * sum;
     }
     for (std::size_t b = 0; b < band.size(); ++b) phi[band[b]] = next[b];
   }

@@ -200,11 +200,13 @@ inline void expect_tiling(const Segmentation& s, const Posed& posed, const Targe
     }
 }
 
-// Curvature (1 / step) of interfaces where only two parts are near and the target's surface is far.
-inline std::vector<float> interface_curvatures(const Segmentation& s, const Target& target) {
+// Curvature (div n, 1 / step) of interfaces where only two parts are near and the target's surface is far, sorted. An interface is where two level sets are
+// equal, so it is that of half their difference.
+// @param left_out  a bone for each sample that is left out, -1: none; may be empty
+inline std::vector<float> interface_curvatures(const Segmentation& s, const Target& target, const std::vector<std::int16_t>& left_out = {}) {
   std::vector<float> found;
   for (std::size_t i : target.inside) {
-    if (target.distance[i] > -3 * s.shape.step) continue;
+    if (target.distance[i] > -3 * s.shape.step || (!left_out.empty() && left_out[i] >= 0)) continue;
     const Vector3i c = s.shape.cell(i);
     std::set<int> near;
     bool beside = false;
@@ -215,10 +217,12 @@ inline std::vector<float> interface_curvatures(const Segmentation& s, const Targ
       beside |= o.cwiseAbs().sum() == 1 && owner != s.owner[i];
     }
     if (!beside || near.size() != 2) continue;
-    const Grid<float>& phi = s.phi[s.owner[i]];
-    const Vector3i local = c - s.shape.nearest(phi.shape.origin);
+    const int other = *near.begin() == s.owner[i] ? *near.rbegin() : *near.begin();
     float around[27];
-    for (int k = 0; k < 27; ++k) around[k] = phi.at(local + Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)) / float(s.shape.step);
+    for (int k = 0; k < 27; ++k) {
+      const std::size_t n = s.shape.index(c + Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
+      around[k] = 0.5f * (value(s.phi[s.owner[i]], s.shape, n) - value(s.phi[other], s.shape, n)) / float(s.shape.step);
+    }
     found.push_back(std::abs(segmentation_inner::curvature<1>({around + 13, 3, 9})[0]));
   }
   std::sort(found.begin(), found.end());
