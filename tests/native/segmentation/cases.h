@@ -208,15 +208,12 @@ inline std::vector<float> interface_curvatures(const Segmentation& s, const Targ
   for (std::size_t i : target.inside) {
     if (target.distance[i] > -3 * s.shape.step || (!left_out.empty() && left_out[i] >= 0)) continue;
     const Vector3i c = s.shape.cell(i);
-    std::set<int> near;
     bool beside = false;
-    for (int k = 0; k < 125; ++k) {
-      const Vector3i o(k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2);
-      const int owner = s.owner[s.shape.index(c + o)];
-      near.insert(owner);
-      beside |= o.cwiseAbs().sum() == 1 && owner != s.owner[i];
-    }
-    if (!beside || near.size() != 2) continue;
+    for (int f = 0; f < 6; ++f) beside |= s.owner[s.shape.index(c + (f % 2 ? 1 : -1) * Vector3i::Unit(f / 2))] != s.owner[i];
+    if (!beside) continue;
+    std::set<int> near;
+    for (int k = 0; k < 125; ++k) near.insert(s.owner[s.shape.index(c + Vector3i(k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2))]);
+    if (near.size() != 2) continue;
     const int other = *near.begin() == s.owner[i] ? *near.rbegin() : *near.begin();
     float around[27];
     for (int k = 0; k < 27; ++k) {
