@@ -9,6 +9,9 @@ namespace {
 
 constexpr std::size_t kPosesTried = 16;  // random poses for each that goes downhill
 constexpr double kWithin = 0.6;          // of the range of each unknown
+// A random pose that sticks out or collides by more than this (the sum of all depths, target units) is not flooded, and so is looked at in a sixth of the
+// time. Most are so far out; what its other terms would be hardly changes its rank. Instead of them it has kUnseen.
+constexpr double kFarOut = 0.05, kUnseen = 250;
 constexpr int kSteps = 20;               // downhill, at most
 constexpr double kDamping = 0.1, kLeastDamping = 1e-3, kMostDamping = 1e3, kEased = 0.3, kStiffened = 5;
 constexpr double kSettled = 1e-3;        // a step that gains less, of the value, is the last
@@ -30,24 +33,36 @@ std::vector<Search::Candidate> Search::screened(std::size_t count) {
     for (Eigen::Index i = unknowns_.root_count(); i < candidate.y.size(); ++i) candidate.y[i] = random.uniform(-kWithin, kWithin);
     tried.push_back(std::move(candidate));
   }
-  evaluate(tried, true);
+  for_each_in_pieces(tried, 1, true, [&](std::size_t k) { tried[k].value = glance(workers_.local(), tried[k]); });
   std::vector<Candidate> best;
   for (auto begin = tried.begin(); begin != tried.end(); begin += kPosesTried)
     best.push_back(*std::min_element(begin, begin + kPosesTried, [](const Candidate& a, const Candidate& b) { return a.value < b.value; }));
   return best;
 }
 
+double Search::glance(Worker& worker, const Candidate& candidate) const {
+  Evaluator& evaluator = worker.coarse.front();
+  unknowns_.read(candidate.y, candidate.start, worker.pose, worker.morphology);
+  Evaluation evaluation = evaluator.without_flood(worker.pose, worker.morphology);
+  if (evaluation.violation > kFarOut)
+    evaluation.terms.total = kUnseen;
+  else
+    evaluator.add_flood(worker.pose, evaluation);
+  return value_of(evaluation, evaluator.skeleton());
+}
+
 /// Downhill as Descent sees it. Of the poses on the way that one is kept which is best on the whole and better than the candidate's value says; where none
 /// is, the last one, and the value stays.
 void Search::descend(Candidate& candidate, int steps) {
   Worker& worker = workers_.local();
+  Evaluator& evaluator = worker.coarse.front();
   Eigen::VectorXd y = candidate.y;
   bool better = false;
   const auto height = [&](const Eigen::VectorXd& at) {
     unknowns_.read(at, candidate.start, worker.pose, worker.morphology);
-    Evaluation evaluation = worker.coarse.without_flood(worker.pose, worker.morphology);
-    const double beside = value_of(evaluation, worker.coarse.skeleton());
-    worker.coarse.add_flood(worker.pose, evaluation, candidate.value - beside);
+    Evaluation evaluation = evaluator.without_flood(worker.pose, worker.morphology);
+    const double beside = value_of(evaluation, evaluator.skeleton());
+    evaluator.add_flood(worker.pose, evaluation, candidate.value - beside);
     const ObjectiveTerms& terms = evaluation.terms;
     if (const double value = beside + terms.total; value < candidate.value) {
       candidate.value = value;
@@ -57,7 +72,7 @@ void Search::descend(Candidate& candidate, int steps) {
     return beside + terms.total - options_.weights.skin * terms.skin - options_.weights.unfold * terms.unfold;
   };
   double damping = kDamping, here = height(y);
-  worker.descent.look(worker.coarse, y, candidate.start);
+  worker.descent.look(evaluator, y, candidate.start);
   for (int k = 0; k < steps && damping <= kMostDamping; ++k) {
     const Eigen::VectorXd next = y + worker.descent.step(damping);
     const double there = height(next);
@@ -70,7 +85,7 @@ void Search::descend(Candidate& candidate, int steps) {
     here = there;
     if (settled) break;
     damping = std::max(kLeastDamping, kEased * damping);
-    if (k + 1 < steps) worker.descent.look(worker.coarse, y, candidate.start);
+    if (k + 1 < steps) worker.descent.look(evaluator, y, candidate.start);
   }
   if (!better) candidate.y = y;
 }

@@ -15,6 +15,8 @@ constexpr double kWideSigma = 0.07, kRestartSigma = 0.15;
 constexpr double kLeastCurvature = 0.1;  // of the mean: a run's first steps are longest along directions that the geometry hardly depends on
 constexpr std::ptrdiff_t kTogether = 16; // evaluations a core, at least, that runs do together: few, so that there is soon something to show
 constexpr long kLeastGenerations = 4;    // that a restart must have left
+constexpr long kJudgedEvery = 4;         // generations
+constexpr long kJudged = 2;              // poses of a run, each time
 
 }  // namespace
 
@@ -40,7 +42,7 @@ std::vector<Search::Run> Search::started(const std::vector<Candidate>& candidate
   for (const Candidate& candidate : candidates) {
     Worker& worker = workers_.local();
     Candidate now = candidate;
-    now.value = value_of(worker, now);
+    now.value = value_of(worker, now, kFine);
     worker.descent.look(worker.fine, now.y, now.start);
     runs.push_back(run_from(now, kWideSigma, population, runs.size() + 1));
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(worker.descent.curvature());
@@ -71,27 +73,38 @@ void Search::restart_when_over(Run& run) const {
   run.cma = optimiser(kRestartSigma * next.sigma_factor, next.population, 7919 * std::uint64_t(run.used) + run.stream);
 }
 
+/// A generation is seen on one coarse grid, the next on another: what ranks high must be good on all of them.
 void Search::advance_once(std::vector<Run*>& active) {
-  std::vector<Candidate> candidates;
+  std::vector<Candidate> candidates, best_tried;
   for (Run* run : active) {
     const Eigen::MatrixXd& samples = run->cma.ask();
     for (Eigen::Index k = 0; k < samples.cols(); ++k) candidates.push_back({run->origin + run->basis * samples.col(k), run->start});
   }
-  evaluate(candidates, false);
+  evaluate(candidates, active.front()->cma.generation() % int(grids_.size()));
   auto candidate = candidates.begin();
   for (Run* run : active) {
+    const auto first = candidate;
     Eigen::VectorXd values(run->cma.population());
-    for (double& value : values) {
-      value = candidate->value;
-      if (value < run->best_value) {
-        run->best_value = value;
-        run->best = candidate->y;
-      }
-      ++candidate;
-    }
+    for (double& value : values) value = (candidate++)->value;
     run->cma.tell(values);
     run->used += run->cma.population();
-    take(run->best, run->start, run->best_value);
+    best_tried.push_back(*std::min_element(first, candidate, [](const Candidate& a, const Candidate& b) { return a.value < b.value; }));
+  }
+  if (active.front()->cma.generation() % kJudgedEvery == 0) judge(active, best_tried);
+}
+
+/// On the fine grid: where each run stands, and the best that it has just tried.
+void Search::judge(const std::vector<Run*>& active, const std::vector<Candidate>& best_tried) {
+  std::vector<Candidate> judged = best_tried;
+  for (const Run* run : active) judged.push_back({run->origin + run->basis * run->cma.mean(), run->start});
+  evaluate(judged, kFine);
+  for (std::size_t k = 0; k < judged.size(); ++k) {
+    Run& run = *active[k % active.size()];
+    ++run.used;
+    if (judged[k].value >= run.best_value) continue;
+    run.best_value = judged[k].value;
+    run.best = judged[k].y;
+    take(run.best, run.start, run.best_value);
   }
 }
 
@@ -101,7 +114,7 @@ void Search::advance(std::vector<Run>& runs, long bound) {
     std::vector<Run*> active;
     for (Run& run : runs) {
       restart_when_over(run);
-      const long wanted = (run.cma.generation() == 0 ? kLeastGenerations : 1) * run.cma.population();
+      const long wanted = (run.cma.generation() == 0 ? kLeastGenerations : 1) * run.cma.population() + kJudged;
       if (run.used == 0 || run.used + wanted <= bound) active.push_back(&run);
     }
     if (active.empty()) return;

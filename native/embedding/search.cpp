@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "embedding/flood.h"
 
 namespace transformables {
 namespace {
@@ -21,12 +22,14 @@ constexpr std::chrono::milliseconds kShown{40};
 // good. A larger population has longer runs.
 constexpr std::size_t kFewest = 4, kCandidates = 2;
 constexpr long kShortRun = 300;
-constexpr int kRoughVoxels = 32;         // along the target's longest side, for the first rounds
-// A random pose that sticks out or collides by more than this is not flooded, and so is looked at in a sixth of the time. Most are so far
-// out; what its other terms would be hardly changes its rank. Instead of them it has kUnseen.
-constexpr double kFarOut = 500, kUnseen = 250;
+// What the search tries is seen on coarse grids that take turns; what it found is judged on the fine one, at every boundary voxel. On any one grid the terms are off
+// by a tenth or two, as its voxels happen to lie, and a search that sees one grid finds poses that are good on that grid alone.
+constexpr int kGrids = 8;
+constexpr double kVoxelsABone = 500;     // of a coarse grid
+constexpr double kSameVolume = 0.1;      // a coarse grid that loses or wins more of the target is left out
+constexpr std::size_t kFewVoxels = 6000; // of a coarse grid: with more, one boundary voxel in three is looked at, with twice as many one in five
+constexpr double kShifts[] = {0.8191725134, 0.6710436067, 0.5497004779};  // spread evenly (Roberts 2018)
 constexpr double kTouching = 0.1;        // steps: what is less deep in one another does not count as a collision
-constexpr std::size_t kRoughFew = 3000;  // voxels: with more, one in five is a boundary sample
 
 /// How far a pinned bone is from its place, and how much it is turned away (as a vector, in moves that count as much).
 std::pair<Eigen::Vector3d, Eigen::Vector3d> misplacement(const PinnedBone& pin, const Skeleton& skeleton) {
@@ -49,16 +52,29 @@ Eigen::Vector3d start_head(const Target& target) {
   return head;
 }
 
-/// A coarser grid for the first look, or the fine one where a coarser would lose too much of the target.
-std::shared_ptr<const Voxels> coarser(const Target& target, const std::shared_ptr<const Voxels>& fine) {
-  const int stride = Voxels::stride_of(target, kRoughVoxels);
-  const auto kept = std::count_if(target.inside.begin(), target.inside.end(), [&](std::size_t i) {
-    const Eigen::Vector3i c = target.distance.shape.cell(i);
-    return c.x() % stride == 0 && c.y() % stride == 0 && c.z() % stride == 0;
-  });
-  const double share = double(kept) * stride * stride * stride / double(target.inside.size());
-  if (stride == fine->stride || kept < 1000 || std::abs(share - 1) > 0.1) return fine;
-  return std::make_shared<const Voxels>(target, kRoughVoxels, kRoughFew);
+/// Whether the flood of a grid would come to as much as the target holds: slender targets fall apart on coarse grids.
+bool holds(const Voxels& voxels, const Target& target) {
+  std::vector<std::int32_t> field = voxels.wall, rows;
+  for (std::int32_t& cell : field) cell = cell == 0 ? kUnreached : cell;
+  const Eigen::Vector3i middle = voxels.place(voxels.rows[voxels.rows.size() / 2], voxels.runs[std::size_t(voxels.rows[voxels.rows.size() / 2].first_run)].begin);
+  field[std::size_t(voxels.cell(middle.x(), middle.y(), middle.z()))] = 0;
+  rows.reserve(std::size_t(voxels.size.y() + 2) * std::size_t(voxels.size.z() + 2));
+  flood(voxels, field.data(), rows);
+  const auto reached = std::count_if(field.begin(), field.end(), [](std::int32_t cell) { return (cell & kNoLabel) != kNoLabel; });
+  return std::abs(double(reached) * std::pow(voxels.step, 3) / target.volume - 1) <= kSameVolume;
+}
+
+std::vector<std::shared_ptr<const Voxels>> coarse_grids(const Target& target, std::size_t bones, const std::shared_ptr<const Voxels>& fine) {
+  std::vector<std::shared_ptr<const Voxels>> grids;
+  const double step = std::max(fine->step, std::cbrt(target.volume / (kVoxelsABone * double(bones))));
+  for (int k = 1; k <= kGrids; ++k) {
+    Eigen::Vector3d shift;
+    for (int d = 0; d < 3; ++d) shift[d] = k * kShifts[d] - std::floor(k * kShifts[d]);
+    auto grid = std::make_shared<const Voxels>(target, step, shift, kFewVoxels);
+    if (holds(*grid, target)) grids.push_back(std::move(grid));
+  }
+  if (grids.empty()) grids.push_back(fine);
+  return grids;
 }
 
 }  // namespace
@@ -71,9 +87,11 @@ Search::Search(const Character& character, const Target& target, const Embedding
                const Progress& progress, const Hear& best_so_far)
     : character_(character), options_(options), symmetric_(symmetric), progress_(progress), best_so_far_(best_so_far),
       unknowns_(character, target, options, symmetric), painted_(options.painted), start_head_(start_head(target)),
-      fine_(std::make_shared<const Voxels>(target)), coarse_(coarser(target, fine_)), difference_(character, target, *fine_), target_step_(target.distance.shape.step),
+      fine_(std::make_shared<const Voxels>(target)), grids_(coarse_grids(target, character.bones.size(), fine_)), difference_(character, target, *fine_), target_step_(target.distance.shape.step),
       workers_([&character, &target, &options, this] {
-        return Worker{Evaluator(character, target, fine_, options.weights), Evaluator(character, target, coarse_, options.weights),
+        std::vector<Evaluator> coarse;
+        for (const auto& grid : grids_) coarse.emplace_back(character, target, grid, options.weights);
+        return Worker{Evaluator(character, target, fine_, options.weights), std::move(coarse),
                       Descent(character, target, unknowns_, options.weights, kFeasibility, wishes()),
                       {Eigen::Isometry3d::Identity(), Eigen::VectorXd::Zero(character.angle_count)},
                       Morphology::Ones(Eigen::Index(character.bones.size()))};
@@ -103,33 +121,27 @@ std::vector<Descent::Wish> Search::wishes() const {
   return wishes;
 }
 
-double Search::value_of(Worker& worker, const Candidate& candidate) const {
+double Search::value_of(Worker& worker, const Candidate& candidate, int grid) const {
   unknowns_.read(candidate.y, candidate.start, worker.pose, worker.morphology);
-  Evaluator& evaluator = rough_ ? worker.coarse : worker.fine;
-  Evaluation evaluation = evaluator.without_flood(worker.pose, worker.morphology);
-  if (rough_ && kFeasibility * evaluation.violation > kFarOut)
-    evaluation.terms.total = kUnseen;
-  else
-    evaluator.add_flood(worker.pose, evaluation);
-  return value_of(evaluation, evaluator.skeleton());
+  Evaluator& evaluator = evaluator_of(worker, grid);
+  return value_of(evaluator(worker.pose, worker.morphology), evaluator.skeleton());
 }
 
 double Search::value_of(const Evaluation& evaluation, const Skeleton& skeleton) const {
   return evaluation.terms.total + kFeasibility * evaluation.violation + kPinned * pin_error(skeleton) + kPainted * painted_(skeleton);
 }
 
-void Search::evaluate(std::vector<Candidate>& candidates, bool watched) {
-  for_each_in_pieces(candidates, 1, watched, [&](std::size_t k) { candidates[k].value = value_of(workers_.local(), candidates[k]); });
+void Search::evaluate(std::vector<Candidate>& candidates, int grid) {
+  for_each_in_pieces(candidates, 1, false, [&](std::size_t k) { candidates[k].value = value_of(workers_.local(), candidates[k], grid); });
 }
 
 Embedding Search::embedding_of(const Eigen::VectorXd& y, const StartPlace& start) {
   Worker& worker = workers_.local();
   unknowns_.read(y, start, worker.pose, worker.morphology);
-  Evaluator& evaluator = rough_ ? worker.coarse : worker.fine;
-  const Evaluation result = evaluator(worker.pose, worker.morphology);
-  const double value = value_of(result, evaluator.skeleton());
+  const Evaluation result = worker.fine(worker.pose, worker.morphology);
+  const double value = value_of(result, worker.fine.skeleton());
   return {worker.pose, worker.morphology, result.terms, value, symmetric_, result.deepest_protrusion, result.deepest_collision, evaluations_,
-          painted_(evaluator.skeleton())};
+          painted_(worker.fine.skeleton())};
 }
 
 void Search::take(const Eigen::VectorXd& y, const StartPlace& start, double value) {
@@ -194,9 +206,7 @@ std::vector<Embedding> Search::wide(int count, double least_difference, const He
   const auto together = std::size_t(options_.runs), finalists = std::max({together, std::size_t(count) * 3 / 2, kFewest});
   const std::size_t starts = finalists * std::size_t(options_.starts), kept = kCandidates * finalists;
   planned_ = planned_for_beginnings(starts, kept) + long(kept) * brief + long(std::max(together, std::size_t(count))) * (bound - brief);
-  rough_ = true;
   const std::vector<Candidate> candidates = beginnings(starts, kept);
-  rough_ = false;
   best_value_ = std::numeric_limits<double>::infinity();  // values so far do not compare with those to come
   std::vector<Run> runs = started(candidates);
   advance(runs, brief);
@@ -228,7 +238,8 @@ Embedding Search::careful(const Embedding& from) {
   StartPlace start;
   const Eigen::VectorXd y = unknowns_.write(from.pose, from.morphology, start);
   std::vector<Candidate> given{{y, start}};
-  evaluate(given, true);
+  evaluate(given, kFine);
+  watch(given);
   std::vector<Run> runs{run_from(given[0], kCarefulSigma, CmaEs::default_population(unknowns_.count()), 1)};
   runs[0].used = 1;
   advance(runs, options_.evaluations);

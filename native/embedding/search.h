@@ -43,8 +43,10 @@ class Search {
   Embedding careful(const Embedding& from);
 
  private:
+  static constexpr int kFine = -1;   ///< the grid that poses are judged on; others are places in `grids_`
   struct Worker {
-    Evaluator fine, coarse;
+    Evaluator fine;
+    std::vector<Evaluator> coarse;  ///< on each of `grids_`
     Descent descent;
     Pose pose;
     Morphology morphology;
@@ -74,6 +76,7 @@ class Search {
   std::vector<Candidate> beginnings(std::size_t starts, std::size_t kept);
   static long planned_for_beginnings(std::size_t starts, std::size_t kept);
   std::vector<Candidate> screened(std::size_t count);
+  double glance(Worker& worker, const Candidate& candidate) const;
   void descend(std::vector<Candidate>& candidates, int steps);
   void descend(Candidate& candidate, int steps);
   void hop(std::vector<Candidate>& candidates);
@@ -87,15 +90,17 @@ class Search {
   CmaEs optimiser(double sigma, int population, std::uint64_t stream) const;
   void advance(std::vector<Run>& runs, long bound);
   void advance_once(std::vector<Run*>& active);
+  void judge(const std::vector<Run*>& active, const std::vector<Candidate>& best_tried);
   void restart_when_over(Run& run) const;
 
   void watch(std::span<const Candidate> candidates);
   void show(const Eigen::VectorXd& y, const StartPlace& start);
-  void evaluate(std::vector<Candidate>& candidates, bool watched);
+  void evaluate(std::vector<Candidate>& candidates, int grid);
   /// Calls f(k) for each candidate k on all cores, in pieces, so that a stop is heard soon. When watched, the best of each piece is shown.
   template <class F>
   void for_each_in_pieces(std::vector<Candidate>& candidates, long evaluations_each, bool watched, const F& f);
-  double value_of(Worker& worker, const Candidate& candidate) const;
+  double value_of(Worker& worker, const Candidate& candidate, int grid) const;
+  static Evaluator& evaluator_of(Worker& worker, int grid) { return grid == kFine ? worker.fine : worker.coarse[std::size_t(grid)]; }
   double pin_error(const Skeleton& skeleton) const;
   std::vector<Descent::Wish> wishes() const;
   double value_of(const Evaluation& evaluation, const Skeleton& skeleton) const;
@@ -117,14 +122,14 @@ class Search {
   Unknowns unknowns_;
   PaintedTerm painted_;
   Eigen::Vector3d start_head_;
-  std::shared_ptr<const Voxels> fine_, coarse_;
+  std::shared_ptr<const Voxels> fine_;
+  std::vector<std::shared_ptr<const Voxels>> grids_;  ///< coarse ones, each shifted otherwise; at least one
   PartitionDifference difference_;
   double target_step_;
   double least_difference_ = 0;
   tbb::enumerable_thread_specific<Worker> workers_;
   tbb::task_arena arena_;
   bool wide_ = false;                  ///< whether it is one from nothing
-  bool rough_ = false;                 ///< whether evaluations are on the coarse grid
   long evaluations_ = 0, planned_ = 1;
   std::chrono::steady_clock::time_point shown_{};
   double best_value_ = std::numeric_limits<double>::infinity();

@@ -23,6 +23,26 @@ Voxels::Voxels(const Target& target, int most, std::size_t few) {
     const Eigen::Vector3i c = shape.cell(i);
     if (c.x() % stride == 0 && c.y() % stride == 0 && c.z() % stride == 0) taken.push_back(c / stride);
   }
+  step = shape.step * stride;
+  origin = shape.origin;
+  lay_out(taken, few);
+}
+
+Voxels::Voxels(const Target& target, double own_step, const Eigen::Vector3d& shift, std::size_t few) {
+  const GridShape& shape = target.distance.shape;
+  step = own_step;
+  origin = shape.origin + step * shift;
+  const Eigen::Vector3i last = ((shape.position(shape.size - Eigen::Vector3i::Ones()) - origin) / step).array().floor().matrix().cast<int>();
+  std::vector<Eigen::Vector3i> taken;
+  for (int z = 0; z <= last.z(); ++z)
+    for (int y = 0; y <= last.y(); ++y)
+      for (int x = 0; x <= last.x(); ++x)
+        if (sample(target.distance, position(x, y, z)) < 0) taken.push_back({x, y, z});
+  lay_out(taken, few);
+}
+
+/// The box of the voxels that were taken, its rows and runs. Until then `origin` is where voxel (0, 0, 0) of the whole grid is.
+void Voxels::lay_out(const std::vector<Eigen::Vector3i>& taken, std::size_t few) {
   if (taken.empty()) throw InvalidInput("the target has no voxels inside at this resolution: raise the resolution");
   inside = taken.size();
   Eigen::Vector3i low = taken.front(), high = taken.front();
@@ -31,9 +51,8 @@ Voxels::Voxels(const Target& target, int most, std::size_t few) {
     high = high.cwiseMax(c);
   }
   size = high - low + Eigen::Vector3i::Ones();
-  step = shape.step * stride;
   first_sample = low * stride;
-  origin = shape.position(first_sample);
+  origin += step * low.cast<double>();
   pitch = (size.x() + 7) / 8 * 8 + kPad;
   slice = pitch * (size.y() + 2);
   cells = slice * (size.z() + 2) + 2 * kPad;
@@ -41,7 +60,7 @@ Voxels::Voxels(const Target& target, int most, std::size_t few) {
   for (const auto& c : taken) wall[std::size_t(cell(c.x() - low.x(), c.y() - low.y(), c.z() - low.z()))] = 0;
 
   // One voxel in five, a knight's move apart: every plane of voxels has its fifth. One in three does the same.
-  spacing = inside < few ? 1 : inside < 2 * few ? 3 : 5;
+  spacing = inside < few ? 1 : inside / 2 < few ? 3 : 5;
   samples_weight = spacing * (step / kPaperStep) * (step / kPaperStep);
   for (int z = 0; z < size.z(); ++z)
     for (int y = 0; y < size.y(); ++y) {

@@ -96,7 +96,7 @@ TEST(Objective, WithoutAWeightUnfoldingIsNotLookedAtAndChangesNothing) {
     EXPECT_EQ(a.unfold, 0);
     EXPECT_EQ(a.compact, b.compact);
     EXPECT_EQ(a.skin, b.skin);
-    EXPECT_EQ(a.total + ObjectiveWeights{}.unfold * b.unfold, b.total);
+    EXPECT_DOUBLE_EQ(a.total + ObjectiveWeights{}.unfold * b.unfold, b.total);
     most = std::max(most, b.unfold);
   }
   EXPECT_GT(most, 0);
