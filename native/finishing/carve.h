@@ -32,7 +32,7 @@ struct Demand {
 };
 using Demands = std::map<std::pair<int, int>, Demand>;   ///< by bones, the lesser first
 
-/// Removes from the parts what comes nearer than the lattice's gap to another part somewhere along the path. A part's core gives way only to
+/// Removes from the parts what comes nearer to another part, somewhere along the path, than parts may that pass each other. A part's core gives way only to
 /// another's core: that of the part that loses less, unless it would keep hardly any of its core and the other one keeps more. Pieces that
 /// are cut off are dropped.
 /// @param dropped  samples dropped, added up for each part

@@ -27,6 +27,7 @@ constexpr double kThinnest = 0.0034;   ///< target units: 1 mm of 150 mm
 constexpr int kProofs = 10;            ///< tries to prove the motion, pairs that fail being set further apart after each
 constexpr int kExactProofs = 7;        ///< of them, those after which parts that still fail may keep the target's own triangles
 constexpr double kMore = 0.35;         ///< steps by which parts that touch are set further apart, for each try
+constexpr double kFirst = 0.3;         ///< of that, in the first: most are far enough apart when they have the clearance
 constexpr double kProvable = 1e-4;     ///< target units: a proof never asks for less of a gap to look at than this
 constexpr double kAmple = 0.6;         ///< of the clearance: where parts are further apart, the proof does not ask how much
 constexpr double kTouching = 0.02;     ///< of that, the least gap that is not a touch
@@ -159,7 +160,7 @@ void Finisher::prove(double from, double to) {
   certificate_ = prover_->certify(parts_, stage(progress_, from, to));
 }
 
-/// Sets the pairs that are not proved further apart; false when there is nothing left to try.
+/// Sets the pairs that are not proved further apart; false when that changes nothing: distances on samples may say that they are, by so much.
 bool Finisher::set_apart(int round) {
   std::vector<char> changed(fields_.size(), 0);
   if (round >= kExactProofs)
@@ -169,7 +170,7 @@ bool Finisher::set_apart(int round) {
   for (const Uncertified& place : certificate_.open) {
     Demand& demand = demands[{place.bone_a, place.bone_b}];
     const double missing = std::max(0.0, scene_.options.clearance - place.distance);
-    demand.extra = std::max(demand.extra, missing + kMore * (round + 1) * scene_.lattice.step());
+    demand.extra = std::max(demand.extra, missing + kMore * (round + kFirst) * scene_.lattice.step());
     if (place.reason != Uncertified::Reason::kTouching) continue;
     demand.on_a.push_back(scene_.segmentation.frames[place.bone_a] * place.on_a);
     demand.on_b.push_back(scene_.segmentation.frames[place.bone_b] * place.on_b);
@@ -187,10 +188,9 @@ void Finisher::mesh_and_prove() {
   progress_(0.6, "extracting surfaces");
   parts_ = mesher_.mesh(fields_, std::vector<char>(fields_.size(), 1));
   if (scene_.path.moves.empty()) return;
-  for (int round = 0;; ++round) {
-    prove(0.7 + 0.02 * round, 0.72 + 0.02 * round);
-    if (certificate_.holds || round + 1 == kProofs || !set_apart(round)) return;
-  }
+  prove(0.7, 0.72);
+  for (int round = 0; !certificate_.holds && round + 1 < kProofs; ++round)
+    if (set_apart(round)) prove(0.72 + 0.02 * round, 0.74 + 0.02 * round);
 }
 
 /// Hinges come last, into parts that are proved without them: where the proof fails now, it is theirs to go.
