@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "finishing/carve.h"
 #include "finishing/certificate.h"
 #include "finishing/hinges.h"
 #include "finishing/input.h"
+#include "finishing/losses.h"
 #include "finishing/outer_surface.h"
 #include "finishing/part_field.h"
 #include "finishing/refill.h"
@@ -32,13 +32,6 @@ constexpr double kProvable = 1e-4;     ///< target units: a proof never asks for
 constexpr double kAmple = 0.6;         ///< of the clearance: where parts are further apart, the proof does not ask how much
 constexpr double kTouching = 0.02;     ///< of that, the least gap that is not a touch
 constexpr long kSteps = 40'000'000;    ///< of a pair's proof: parts that travel side by side need many, and carving such a pair all over takes longer
-constexpr double kWorthTelling = 5e-4; ///< share of the target's volume from which on a loss is reported
-
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f %%", 100 * share);
-  return text;
-}
 
 /// Fills hollows. A part that sits in one could never come out: it is given up, and its room filled.
 /// @param changed  flags of the parts that may have hollows; those of parts that are changed here are set
@@ -120,8 +113,6 @@ class Finisher {
  private:
   void prove(double from, double to);
   bool set_apart(int round);
-  std::string consequence(int bone) const;
-  std::vector<std::string> losses(double share_of_sample) const;
 
   const Scene& scene_;
   std::vector<PartField> fields_;
@@ -213,33 +204,6 @@ void Finisher::add_hinges() {
   }
 }
 
-/// Of a bone that has no part. Bones that hang on it where it hangs itself (the crosses of universal joints) keep a ball in a socket.
-std::string Finisher::consequence(int bone) const {
-  const auto& bones = scene_.character.bones;
-  const auto head = [&](int b) { return scene_.segmentation.frames[std::size_t(b)].translation(); };
-  bool carries = false, loose = bones[std::size_t(bone)].parent < 0;
-  for (int child = 0; child < int(bones.size()); ++child) {
-    if (bones[std::size_t(child)].parent != bone) continue;
-    carries = true;
-    loose = loose || (head(child) - head(bone)).norm() > bones[std::size_t(bone)].radius;
-  }
-  if (!carries) return ".";
-  return loose ? ": what hangs on it is loose. Try another seed." : ": its joint and the next are at one place, and turn as a ball in a socket.";
-}
-
-std::vector<std::string> Finisher::losses(double share_of_sample) const {
-  std::vector<std::string> told;
-  for (const PartField& field : fields_) {
-    const std::string& name = scene_.character.bones[field.bone].name;
-    const double share = double(dropped_[field.bone]) * share_of_sample;
-    if (share > kWorthTelling)
-      told.push_back("Pieces of bone '" + name + "' that carving cut off were dropped: " + percent(share) + " of the target's volume.");
-    const bool had_part = !scene_.segmentation.phi[field.bone].values.empty();
-    if (inside_count(field.psi) == 0 && had_part) told.push_back("Nothing is left of the part of bone '" + name + "'" + consequence(field.bone));
-  }
-  return told;
-}
-
 Parts Finisher::result(double before, double target_volume) && {
   Parts parts;
   const double share = scene_.lattice.sample_volume() / target_volume;
@@ -251,12 +215,13 @@ Parts Finisher::result(double before, double target_volume) && {
     parts.minimum_clearance = measured.least_gap;
   }
   for (const Part& part : parts_) parts.filled_volume_pct += 100 * part.volume / target_volume;
+  const std::vector<std::string> lost = losses(scene_, fields_, dropped_, parts_, target_volume);
   parts.parts = std::move(parts_);
   parts.certificate = std::move(certificate_);
   if (prover_) parts.ready = prover_->ready();
   parts.warnings = std::move(warnings_);
   if (hinges_) parts.pinned = hinges_->pinned();
-  for (const auto& more : {mesher_.warnings(), losses(share), hinges_ ? hinges_->warnings() : std::vector<std::string>{}}) parts.warnings.insert(parts.warnings.end(), more.begin(), more.end());
+  for (const auto& more : {mesher_.warnings(), lost, hinges_ ? hinges_->warnings() : std::vector<std::string>{}}) parts.warnings.insert(parts.warnings.end(), more.begin(), more.end());
   return parts;
 }
 
