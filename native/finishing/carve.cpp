@@ -230,7 +230,7 @@ std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::v
   Losses losses{dropped, std::vector<char>(parts.size(), 0)};
   double extra = 0;
   for (const auto& [pair, demand] : demands) extra = std::max(extra, demand.extra);
-  const double reach = reach_of(scene.lattice, scene.lattice.gap + extra);
+  const double reach = reach_of(scene.lattice, scene.lattice.passing + extra);
   std::map<std::pair<int, int>, std::pair<Bricks, Bricks>> around;
   for (const auto& [pair, demand] : demands) {
     const PartField &a = parts[std::size_t(pair.first)], &b = parts[std::size_t(pair.second)];
@@ -242,7 +242,7 @@ std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::v
       if (found == demands.end()) return;
       const auto [a, b] = pair;
       const auto& [on_a, on_b] = around.at(pair);
-      const Manner manner{scene.lattice.gap + found->second.extra, true};
+      const Manner manner{scene.lattice.passing + found->second.extra, true};
       PairCarver(scene, motion, {&parts[a], &on_a}, {&parts[b], &on_b}, manner).resolve(losses);
     });
   });

@@ -25,7 +25,7 @@ struct Scene {
   const Lattice& lattice;
 };
 
-/// Where a pair of parts must stand further apart than the lattice's gap.
+/// Where a pair of parts must stand further apart than others that pass each other.
 struct Demand {
   double extra = 0;                                ///< target units
   std::vector<Eigen::Vector3d> on_a, on_b;         ///< around these places, each in object mode on its own part; none: all over
