@@ -16,7 +16,7 @@ namespace {
 constexpr int kMargin = 5;                   ///< samples between a part and its box's border
 constexpr double kLargestCount = 1.2e8;      ///< samples of a lattice: 2 GB with what is held for each
 constexpr float kFar = 1e3f;                 ///< a distance that is longer than any target
-constexpr double kPassing = 0.75;            ///< of the clearance, that carving leaves parts that pass each other, at least
+constexpr double kPassing = 0.875;           ///< of the clearance, that carving leaves parts that pass each other, at least
 constexpr double kAboveProof = 0.25;         ///< of the clearance, by which that is more than what is proved: distances on samples are of first order
 
 /// A box of lattice samples, both ends included.
