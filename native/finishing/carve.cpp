@@ -13,9 +13,9 @@
 namespace transformables::finishing {
 namespace {
 
-constexpr double kAround = 0.025;   ///< target units about a place that is carved again: reaches the next one that is told (pair_proof.cpp)
+constexpr double kAround = 0.018;   ///< target units about a place that is carved again: reaches the next one that is told (pair_proof.cpp)
 constexpr double kCoreToKeep = 0.5; ///< of a part's core
-constexpr double kNoise = 0.05;     ///< steps by which two first-order distances may seem to fall short of a gap
+constexpr double kNoise = 0.05;     ///< steps by which two first-order distances may seem to fall short of a gap: nothing gives way by less
 
 /// Flags of a part's samples around some places.
 std::vector<char> mask_around(const PartField& part, const std::vector<Eigen::Vector3d>& places) {
@@ -40,10 +40,12 @@ struct Trial {
   std::size_t dropped = 0;  ///< samples of pieces cut off
 };
 
-float given_way(float value, float swept, float core, float gap, bool shielded) {
-  const float moved = std::max(value, gap - swept);
+float given_way(float value, float swept, float core, float gap, float noise, bool shielded) {
+  const float moved = gap - swept < value + noise ? value : gap - swept;
   return shielded ? std::min(moved, std::max(core, value)) : moved;
 }
+
+float noise_of(const PartField& part) { return float(kNoise * part.shape().step); }
 
 double weight_lost(const PartField& part, const Grid<float>& psi) {
   const float near = -2 * float(part.shape().step);
@@ -73,12 +75,12 @@ struct Manner {
 /// Calls f(sample, new value of the inner field) for all samples that others come near.
 template <class F>
 void for_each_given(const PartField& part, const Bricks& bricks, const Swept& swept, const Manner& manner, bool shielded, F&& f) {
-  const float gap = float(manner.gap), beside = gap + float(part.shape().step);
+  const float gap = float(manner.gap), beside = gap + float(part.shape().step), noise = noise_of(part);
   for (std::size_t n = 0; n < swept.least.size(); ++n) {
     if (swept.least[n] >= swept.reach) continue;
     const std::uint32_t at = bricks.samples[n];
     const float value = manner.exact && swept.least[n] < beside ? part.away[at].inner : part.inner[at];
-    f(n, at, given_way(value, swept.least[n], part.core[at], gap, shielded));
+    f(n, at, given_way(value, swept.least[n], part.core[at], gap, noise, shielded));
   }
 }
 
@@ -94,9 +96,9 @@ Trial try_carving(const PartField& part, const Bricks& bricks, const Swept& swep
 }
 
 void apply(PartField& part, const Bricks& bricks, Trial&& trial, const Swept& swept, const Manner& manner, bool shielded) {
-  const float gap = float(manner.gap);
+  const float gap = float(manner.gap), noise = noise_of(part);
   for_each_given(part, bricks, swept, manner, shielded, [&](std::size_t n, std::uint32_t at, float inner) {
-    part.away[at].inner = given_way(part.away[at].inner, swept.least[n], part.core[at], gap, shielded);
+    part.away[at].inner = given_way(part.away[at].inner, swept.least[n], part.core[at], gap, noise, shielded);
     part.inner[at] = inner;
     part.psi[at] = std::max(inner, part.away[at].outer);
     if (!shielded) part.core[at] = std::max(part.core[at], gap - swept.least[n]);
@@ -212,13 +214,13 @@ void for_each_in_turn(const std::vector<std::pair<int, int>>& pairs, std::size_t
 }  // namespace
 
 void carve(const Scene& scene, std::vector<PartField>& parts, std::vector<std::size_t>& dropped, const Progress& progress) {
-  const double reach = reach_of(scene.lattice, scene.lattice.gap);
+  const double reach = reach_of(scene.lattice, scene.lattice.passing);
   const std::vector<Bricks> bricks = all_bricks(parts, reach);
   Losses losses{dropped, std::vector<char>(parts.size(), 0)};
   for_each_move(scene, parts, reach, progress, "carving along the path", [&](std::size_t, const MoveMotion& motion, const auto& pairs) {
     for_each_in_turn(pairs, parts.size(), [&](const auto& pair) {
       const auto [a, b] = pair;
-      PairCarver(scene, motion, {&parts[a], &bricks[a]}, {&parts[b], &bricks[b]}, {scene.lattice.gap, false}).resolve(losses);
+      PairCarver(scene, motion, {&parts[a], &bricks[a]}, {&parts[b], &bricks[b]}, {scene.lattice.passing, false}).resolve(losses);
     });
   });
 }
@@ -228,7 +230,7 @@ std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::v
   Losses losses{dropped, std::vector<char>(parts.size(), 0)};
   double extra = 0;
   for (const auto& [pair, demand] : demands) extra = std::max(extra, demand.extra);
-  const double reach = reach_of(scene.lattice, scene.lattice.gap + extra);
+  const double reach = reach_of(scene.lattice, scene.lattice.passing + extra);
   std::map<std::pair<int, int>, std::pair<Bricks, Bricks>> around;
   for (const auto& [pair, demand] : demands) {
     const PartField &a = parts[std::size_t(pair.first)], &b = parts[std::size_t(pair.second)];
@@ -240,7 +242,7 @@ std::vector<char> carve_again(const Scene& scene, const Demands& demands, std::v
       if (found == demands.end()) return;
       const auto [a, b] = pair;
       const auto& [on_a, on_b] = around.at(pair);
-      const Manner manner{scene.lattice.gap + found->second.extra, true};
+      const Manner manner{scene.lattice.passing + found->second.extra, true};
       PairCarver(scene, motion, {&parts[a], &on_a}, {&parts[b], &on_b}, manner).resolve(losses);
     });
   });

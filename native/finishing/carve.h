@@ -25,14 +25,14 @@ struct Scene {
   const Lattice& lattice;
 };
 
-/// Where a pair of parts must stand further apart than the lattice's gap.
+/// Where a pair of parts must stand further apart than others that pass each other.
 struct Demand {
   double extra = 0;                                ///< target units
   std::vector<Eigen::Vector3d> on_a, on_b;         ///< around these places, each in object mode on its own part; none: all over
 };
 using Demands = std::map<std::pair<int, int>, Demand>;   ///< by bones, the lesser first
 
-/// Removes from the parts what comes nearer than the lattice's gap to another part somewhere along the path. A part's core gives way only to
+/// Removes from the parts what comes nearer to another part, somewhere along the path, than parts may that pass each other. A part's core gives way only to
 /// another's core: that of the part that loses less, unless it would keep hardly any of its core and the other one keeps more. Pieces that
 /// are cut off are dropped.
 /// @param dropped  samples dropped, added up for each part

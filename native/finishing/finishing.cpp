@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "finishing/carve.h"
 #include "finishing/certificate.h"
 #include "finishing/hinges.h"
 #include "finishing/input.h"
+#include "finishing/losses.h"
 #include "finishing/outer_surface.h"
 #include "finishing/part_field.h"
 #include "finishing/refill.h"
@@ -27,17 +27,11 @@ constexpr double kThinnest = 0.0034;   ///< target units: 1 mm of 150 mm
 constexpr int kProofs = 10;            ///< tries to prove the motion, pairs that fail being set further apart after each
 constexpr int kExactProofs = 7;        ///< of them, those after which parts that still fail may keep the target's own triangles
 constexpr double kMore = 0.35;         ///< steps by which parts that touch are set further apart, for each try
+constexpr double kFirst = 0.3;         ///< of that, in the first: most are far enough apart when they have the clearance
 constexpr double kProvable = 1e-4;     ///< target units: a proof never asks for less of a gap to look at than this
 constexpr double kAmple = 0.6;         ///< of the clearance: where parts are further apart, the proof does not ask how much
 constexpr double kTouching = 0.02;     ///< of that, the least gap that is not a touch
 constexpr long kSteps = 40'000'000;    ///< of a pair's proof: parts that travel side by side need many, and carving such a pair all over takes longer
-constexpr double kWorthTelling = 5e-4; ///< share of the target's volume from which on a loss is reported
-
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f %%", 100 * share);
-  return text;
-}
 
 /// Fills hollows. A part that sits in one could never come out: it is given up, and its room filled.
 /// @param changed  flags of the parts that may have hollows; those of parts that are changed here are set
@@ -119,8 +113,6 @@ class Finisher {
  private:
   void prove(double from, double to);
   bool set_apart(int round);
-  std::string consequence(int bone) const;
-  std::vector<std::string> losses(double share_of_sample) const;
 
   const Scene& scene_;
   std::vector<PartField> fields_;
@@ -159,7 +151,7 @@ void Finisher::prove(double from, double to) {
   certificate_ = prover_->certify(parts_, stage(progress_, from, to));
 }
 
-/// Sets the pairs that are not proved further apart; false when there is nothing left to try.
+/// Sets the pairs that are not proved further apart; false when that changes nothing: distances on samples may say that they are, by so much.
 bool Finisher::set_apart(int round) {
   std::vector<char> changed(fields_.size(), 0);
   if (round >= kExactProofs)
@@ -169,7 +161,7 @@ bool Finisher::set_apart(int round) {
   for (const Uncertified& place : certificate_.open) {
     Demand& demand = demands[{place.bone_a, place.bone_b}];
     const double missing = std::max(0.0, scene_.options.clearance - place.distance);
-    demand.extra = std::max(demand.extra, missing + kMore * (round + 1) * scene_.lattice.step());
+    demand.extra = std::max(demand.extra, missing + kMore * (round + kFirst) * scene_.lattice.step());
     if (place.reason != Uncertified::Reason::kTouching) continue;
     demand.on_a.push_back(scene_.segmentation.frames[place.bone_a] * place.on_a);
     demand.on_b.push_back(scene_.segmentation.frames[place.bone_b] * place.on_b);
@@ -187,10 +179,9 @@ void Finisher::mesh_and_prove() {
   progress_(0.6, "extracting surfaces");
   parts_ = mesher_.mesh(fields_, std::vector<char>(fields_.size(), 1));
   if (scene_.path.moves.empty()) return;
-  for (int round = 0;; ++round) {
-    prove(0.7 + 0.02 * round, 0.72 + 0.02 * round);
-    if (certificate_.holds || round + 1 == kProofs || !set_apart(round)) return;
-  }
+  prove(0.7, 0.72);
+  for (int round = 0; !certificate_.holds && round + 1 < kProofs; ++round)
+    if (set_apart(round)) prove(0.72 + 0.02 * round, 0.74 + 0.02 * round);
 }
 
 /// Hinges come last, into parts that are proved without them: where the proof fails now, it is theirs to go.
@@ -213,33 +204,6 @@ void Finisher::add_hinges() {
   }
 }
 
-/// Of a bone that has no part. Bones that hang on it where it hangs itself (the crosses of universal joints) keep a ball in a socket.
-std::string Finisher::consequence(int bone) const {
-  const auto& bones = scene_.character.bones;
-  const auto head = [&](int b) { return scene_.segmentation.frames[std::size_t(b)].translation(); };
-  bool carries = false, loose = bones[std::size_t(bone)].parent < 0;
-  for (int child = 0; child < int(bones.size()); ++child) {
-    if (bones[std::size_t(child)].parent != bone) continue;
-    carries = true;
-    loose = loose || (head(child) - head(bone)).norm() > bones[std::size_t(bone)].radius;
-  }
-  if (!carries) return ".";
-  return loose ? ": what hangs on it is loose. Try another seed." : ": its joint and the next are at one place, and turn as a ball in a socket.";
-}
-
-std::vector<std::string> Finisher::losses(double share_of_sample) const {
-  std::vector<std::string> told;
-  for (const PartField& field : fields_) {
-    const std::string& name = scene_.character.bones[field.bone].name;
-    const double share = double(dropped_[field.bone]) * share_of_sample;
-    if (share > kWorthTelling)
-      told.push_back("Pieces of bone '" + name + "' that carving cut off were dropped: " + percent(share) + " of the target's volume.");
-    const bool had_part = !scene_.segmentation.phi[field.bone].values.empty();
-    if (inside_count(field.psi) == 0 && had_part) told.push_back("Nothing is left of the part of bone '" + name + "'" + consequence(field.bone));
-  }
-  return told;
-}
-
 Parts Finisher::result(double before, double target_volume) && {
   Parts parts;
   const double share = scene_.lattice.sample_volume() / target_volume;
@@ -251,12 +215,13 @@ Parts Finisher::result(double before, double target_volume) && {
     parts.minimum_clearance = measured.least_gap;
   }
   for (const Part& part : parts_) parts.filled_volume_pct += 100 * part.volume / target_volume;
+  const std::vector<std::string> lost = losses(scene_, fields_, dropped_, parts_, target_volume);
   parts.parts = std::move(parts_);
   parts.certificate = std::move(certificate_);
   if (prover_) parts.ready = prover_->ready();
   parts.warnings = std::move(warnings_);
   if (hinges_) parts.pinned = hinges_->pinned();
-  for (const auto& more : {mesher_.warnings(), losses(share), hinges_ ? hinges_->warnings() : std::vector<std::string>{}}) parts.warnings.insert(parts.warnings.end(), more.begin(), more.end());
+  for (const auto& more : {mesher_.warnings(), lost, hinges_ ? hinges_->warnings() : std::vector<std::string>{}}) parts.warnings.insert(parts.warnings.end(), more.begin(), more.end());
   return parts;
 }
 

@@ -16,6 +16,8 @@ namespace {
 constexpr int kMargin = 5;                   ///< samples between a part and its box's border
 constexpr double kLargestCount = 1.2e8;      ///< samples of a lattice: 2 GB with what is held for each
 constexpr float kFar = 1e3f;                 ///< a distance that is longer than any target
+constexpr double kPassing = 0.875;           ///< of the clearance, that carving leaves parts that pass each other, at least
+constexpr double kAboveProof = 0.25;         ///< of the clearance, by which that is more than what is proved: distances on samples are of first order
 
 /// A box of lattice samples, both ends included.
 struct SampleBox {
@@ -256,6 +258,7 @@ Lattice make_lattice(const Target& target, const FinishingOptions& options) {
   // Between two configurations parts may come nearer than at them, by the cover: three quarters of the clearance are kept all the same.
   lattice.cover = std::clamp(options.clearance / 2, step / 16, step / 8);
   lattice.gap = options.clearance + std::max(lattice.cover / 2, lattice.cover - options.clearance / 4);
+  lattice.passing = lattice.gap - (1 - std::clamp(options.least_share + kAboveProof, kPassing, 1.0)) * options.clearance;
   return lattice;
 }
 

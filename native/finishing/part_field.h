@@ -19,6 +19,7 @@ namespace transformables::finishing {
 struct Lattice {
   Grid<float> outer;   ///< signed distance of the target, negative inside; its shape is the lattice
   double gap = 0;      ///< between two parts as measured at configurations, target units
+  double passing = 0;  ///< the same, while they pass each other: less, and more than the proof of the motion asks for
   double scale = 1;    ///< target units for one Blender unit
   double cover = 0;    ///< a point moves at most this far from the nearest configuration that is looked at
 

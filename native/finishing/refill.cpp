@@ -14,8 +14,8 @@ namespace {
 constexpr int kPasses = 2;           ///< a part grows by two samples at most in one
 constexpr double kJoint = 1;         ///< radii of a joint's housing about it, into which nothing grows: it is the socket's
 constexpr double kApart = 0.3;       ///< steps beyond the gap that new material keeps: distances on samples are of first order
-constexpr float kEdge = 0.5f;        ///< see DistanceReader: new material follows the ways of edges closely
-constexpr float kWorth = 0.1f;       ///< steps by which a sample's value must fall
+constexpr float kEdge = 0.25f;       ///< see DistanceReader: new material follows the ways of edges closely
+constexpr float kWorth = 0.05f;      ///< steps by which a sample's value must fall
 constexpr float kDeep = -0.5f;       ///< steps: samples further inside have no surface beside them
 
 struct Ball {

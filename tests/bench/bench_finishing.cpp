@@ -32,7 +32,7 @@ void carving(benchmark::State& state, const Eigen::Vector3i& grid, int refinemen
   std::vector<std::size_t> dropped(fields.size(), 0);
   tbb::task_arena alone(1);
   for (auto _ : state) {
-    if (letter) reference::carve(character, embedding, path, {lattice.gap, lattice.step()}, solids);
+    if (letter) reference::carve(character, embedding, path, {lattice.passing, lattice.step()}, solids);
     else alone.execute([&] { finishing::carve({character, embedding, segmentation, path, options, lattice}, fields, dropped, {}); });
   }
   bench::describe(state, target, character);

@@ -58,7 +58,7 @@ Carved carved(const Case& at) {
   std::vector<std::size_t> dropped(c.production.size(), 0);
   finishing::carve({m.character, m.embedding, m.segmentation, c.path, options, c.lattice}, c.production, dropped, {});
   for (const std::size_t samples : dropped) c.dropped += samples;
-  reference::carve(m.character, m.embedding, c.path, {c.lattice.gap, c.lattice.step() / 8}, c.letter);
+  reference::carve(m.character, m.embedding, c.path, {c.lattice.passing, c.lattice.step() / 8}, c.letter);
   return c;
 }
 

@@ -82,6 +82,16 @@ TEST(Finish, WhatAHingeSweepsThroughItsNeighbourIsCarvedAndNoMore) {
   EXPECT_LT(parts.carved_volume_pct, 1.25 * swept_pct);
 }
 
+TEST(Finish, PartsThatAreRoundAboutTheirHingeLoseNothing) {
+  // A wheel through the root; bones too thin to be in its way.
+  const auto wheel = [](const Vector3d& p) { return std::hypot(p.y(), p.z()) - 0.05; };
+  Design d = beam({kHalfWidth, 0.25, kHalfWidth}, {bone("root", -1, -0.15, 0), bone("wheel", 0, 0, 0.03)}, 0.0005, {[=](const Vector3d& p) { return -wheel(p); }, wheel});
+  d.turn(0, 0.7);
+  const Parts parts = d.finished();
+  ASSERT_EQ(parts.parts.size(), 2u);
+  EXPECT_LT(parts.carved_volume_pct, 0.02);
+}
+
 TEST(Finish, NoPointOfAPartEntersAnotherAtAnyOfManyConfigurations) {
   Design d = halves();
   d.turn(0, 2.0);

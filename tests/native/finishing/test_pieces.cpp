@@ -49,6 +49,22 @@ TEST(Finish, TheCrossOfAUniversalJointMayBeLostAndThatIsTold) {
   EXPECT_THAT(parts.warnings, testing::Contains(testing::HasSubstr("'cross': its joint and the next are at one place")));
 }
 
+/// A bone that lies in another one's skeleton, so that its part is only a ball at the target's surface.
+Design with_helper(double radius) {
+  const auto ball = [=](const Vector3d& p) { return (p - kLongestSide / 32 * Vector3d(5, 3, 0)).norm() - radius; };
+  return beam({kHalfWidth, 0.25, kHalfWidth}, {bone("root", -1, -0.15, 0), bone("helper", 0, 0, 0.1), bone("child", 0, 0, 0.15)}, 0.012,
+              {[](const Vector3d& p) { return p.y(); }, ball, [=](const Vector3d& p) { return std::max(-p.y(), -ball(p)); }});
+}
+
+TEST(Finish, APartOfWhichOnlyASpeckIsLeftIsToldByName) {
+  const auto speck = testing::Contains(testing::HasSubstr("Only a speck is left of the part of bone 'helper'"));
+  const Parts large = with_helper(0.05).finished(), small = with_helper(0.012).finished();
+  ASSERT_EQ(large.parts.size(), 3u);
+  ASSERT_EQ(small.parts.size(), 3u);
+  EXPECT_THAT(large.warnings, testing::Not(speck));
+  EXPECT_THAT(small.warnings, speck);
+}
+
 TEST(Finish, AVoidInTheSegmentationBecomesNoHollow) {
   Design d = halves();
   for (std::size_t n = 0; n < d.segmentation.shape.count(); ++n)
