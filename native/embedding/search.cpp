@@ -25,7 +25,7 @@ constexpr long kShortRun = 300;
 // What the search tries is seen on coarse grids that take turns; what it found is judged on the fine one, at every boundary voxel. On any one grid the terms are off
 // by a tenth or two, as its voxels happen to lie, and a search that sees one grid finds poses that are good on that grid alone.
 constexpr int kGrids = 8;
-constexpr double kVoxelsABone = 500;     // of a coarse grid
+constexpr double kVoxelsABone = 700;     // of a coarse grid
 constexpr double kSameVolume = 0.1;      // a coarse grid that loses or wins more of the target is left out
 constexpr std::size_t kFewVoxels = 6000; // of a coarse grid: with more, one boundary voxel in three is looked at, with twice as many one in five
 constexpr double kShifts[] = {0.8191725134, 0.6710436067, 0.5497004779};  // spread evenly (Roberts 2018)
