@@ -19,7 +19,7 @@ REPAIRS = ("Degenerate facets", "Edges fixed", "Facets removed", "Facets added",
 
 
 def said(command):
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, errors="replace")   # admesh shows bytes of its own memory after a name
     return done.returncode, done.stdout + done.stderr
 
 
