@@ -56,8 +56,7 @@ Eigen::Vector3d start_head(const Target& target) {
 bool holds(const Voxels& voxels, const Target& target) {
   std::vector<std::int32_t> field = voxels.wall, rows;
   for (std::int32_t& cell : field) cell = cell == 0 ? kUnreached : cell;
-  const Eigen::Vector3i middle = voxels.place(voxels.rows[voxels.rows.size() / 2], voxels.runs[std::size_t(voxels.rows[voxels.rows.size() / 2].first_run)].begin);
-  field[std::size_t(voxels.cell(middle.x(), middle.y(), middle.z()))] = 0;
+  field[std::size_t(voxels.runs[voxels.runs.size() / 2].begin)] = 0;
   rows.reserve(std::size_t(voxels.size.y() + 2) * std::size_t(voxels.size.z() + 2));
   flood(voxels, field.data(), rows);
   const auto reached = std::count_if(field.begin(), field.end(), [](std::int32_t cell) { return (cell & kNoLabel) != kNoLabel; });
