@@ -1,5 +1,6 @@
 // Where the search's runs begin: random poses that went downhill, of which the best were changed limb by limb.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "embedding/search.h"
@@ -17,7 +18,10 @@ constexpr double kDamping = 0.1, kLeastDamping = 1e-3, kMostDamping = 1e3, kEase
 constexpr double kSettled = 1e-3;        // a step that gains less, of the value, is the last
 // The best few are changed again and again: each change goes some steps downhill, and stays where that made the pose better. Few that are
 // changed often come farther than many that are changed seldom.
-constexpr int kHops = 200, kStepsAfter = 8;
+constexpr int kHops = 100, kStepsAfter = 8;
+// Times the value of the pose that was changed: what is worse after no step, one, two, ... (the last: any more) is given up. Of changes that would have made a
+// pose better one in eleven is lost so, and nearly half of the steps are saved.
+constexpr std::array kHopeless{20.0, 6.0, 2.5, 1.5, 1.0};
 constexpr double kNewLimb = 0.4, kTakenLimb = 0.3;  // how often; else all unknowns are shaken
 constexpr double kWithinLimb = 0.8, kShaken = 0.15;
 
@@ -58,10 +62,12 @@ void Search::descend(Candidate& candidate, int steps) {
   Evaluator& evaluator = worker.coarse.front();
   Eigen::VectorXd y = candidate.y;
   bool better = false;
-  const auto height = [&](const Eigen::VectorXd& at) {
+  const double limit = candidate.value;
+  const auto height = [&](const Eigen::VectorXd& at, double most) {
     unknowns_.read(at, candidate.start, worker.pose, worker.morphology);
     Evaluation evaluation = evaluator.without_flood(worker.pose, worker.morphology);
     const double beside = value_of(evaluation, evaluator.skeleton());
+    if (beside >= most) return beside;
     evaluator.add_flood(worker.pose, evaluation, candidate.value - beside);
     const ObjectiveTerms& terms = evaluation.terms;
     if (const double value = beside + terms.total; value < candidate.value) {
@@ -71,11 +77,12 @@ void Search::descend(Candidate& candidate, int steps) {
     }
     return beside + terms.total - options_.weights.skin * terms.skin - options_.weights.unfold * terms.unfold;
   };
-  double damping = kDamping, here = height(y);
-  worker.descent.look(evaluator, y, candidate.start);
-  for (int k = 0; k < steps && damping <= kMostDamping; ++k) {
+  const auto hopeless = [&](std::size_t step) { return kHopeless[std::min(step, kHopeless.size() - 1)] * limit; };
+  double damping = kDamping, here = height(y, hopeless(0));
+  if (here < hopeless(0)) worker.descent.look(evaluator, y, candidate.start);
+  for (int k = 0; k < steps && here < hopeless(std::size_t(k)) && damping <= kMostDamping; ++k) {
     const Eigen::VectorXd next = y + worker.descent.step(damping);
-    const double there = height(next);
+    const double there = height(next, std::max(here, limit));  // what is no step down and can't be better on the whole need not be flooded
     if (!(there < here)) {
       damping *= kStiffened;
       continue;

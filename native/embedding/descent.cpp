@@ -23,6 +23,7 @@ Descent::Descent(const Character& character, const Target& target, const Unknown
       morphology_(Morphology::Ones(Eigen::Index(character.bones.size()))) {
   const auto segments = Eigen::Index(skeleton_.segments.size()), n = Eigen::Index(unknowns.count());
   by_ends_.resize(6 * segments, n);
+  weighed_.resize(6 * segments, n);
   by_logs_.resize(morphology_.size(), n);
   squares_.resize(std::size_t(segments));
   pulls_.resize(std::size_t(segments));
@@ -161,9 +162,10 @@ void Descent::add_protrusion(std::size_t bone) {
 void Descent::gather() {
   for (std::size_t s = 0; s < squares_.size(); ++s) {
     const auto rows = by_ends_.middleRows<6>(Eigen::Index(6 * s));
-    curvature_.noalias() += rows.transpose() * (squares_[s] * rows);
+    weighed_.middleRows<6>(Eigen::Index(6 * s)).noalias() = squares_[s].lazyProduct(rows);
     slope_.noalias() += rows.transpose() * pulls_[s];
   }
+  curvature_.noalias() += by_ends_.transpose() * weighed_;
 }
 
 }  // namespace transformables

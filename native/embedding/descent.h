@@ -58,6 +58,7 @@ class Descent {
   std::vector<std::size_t> colliding_;                         ///< pairs of the skeleton
   Eigen::VectorXd wished_, logs_;                              ///< depths of collisions and wishes; logarithms of the proportions
   Eigen::MatrixXd by_ends_, by_wishes_, by_logs_;              ///< how those, and the ends of segments, change: a column an unknown
+  Eigen::MatrixXd weighed_;                                    ///< `by_ends_`, each segment's rows times its square
   std::vector<Eigen::Matrix<double, 6, 6>> squares_;           ///< of each segment: curvature, and ...
   std::vector<Ends> pulls_;                                    ///< ... slope by its ends
   Eigen::MatrixXd curvature_;

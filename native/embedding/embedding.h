@@ -62,7 +62,7 @@ struct Embedding;
 
 struct EmbeddingOptions {
   std::uint64_t seed = 0;
-  Symmetry symmetry = Symmetry::kAuto;  ///< kAuto: on when character and target both have a mirror plane and a symmetric pose is inside and free of collisions
+  Symmetry symmetry = Symmetry::kAuto;  ///< kAuto: on when character and target both have a mirror plane and the most promising symmetric pose comes to be inside and free of collisions
   bool proportions = true;              ///< let the optimiser scale bones
   double least_scale = 0.6;             ///< bounds of each bone's scale factor
   double largest_scale = 1.6;

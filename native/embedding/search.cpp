@@ -220,8 +220,9 @@ std::vector<Embedding> Search::wide(int count, double least_difference, const He
     }
     finish(batch, ended, found);
     settle(ended);
-    // A pose that is not sound is no solution: as long as there are others, they have their turn.
-    if (ended.size() >= std::size_t(count) && sound(ended.front())) break;
+    // A pose that is not sound is no solution: as long as there are others, they have their turn; but symmetry that nobody demanded gives way.
+    const bool is_solution = sound(ended.front());
+    if (is_solution ? ended.size() >= std::size_t(count) : symmetric_ && options_.symmetry == Symmetry::kAuto) break;
   }
   for (std::size_t k = 0; k < std::min(ended.size(), std::size_t(count)); ++k) solutions.push_back(embedding_of(ended[k].best, ended[k].start));
   return solutions;

@@ -82,7 +82,8 @@ TEST(Embed, BringsAnyOneBoneToARegionThatIsToBeKeptWhole) {
   const Vector3d half(0.25, 0.1, 0.1);
   const Target target = box_target(half, 24);
   const Character character = chain(6, 0.08, 0.015, {0, -2, 2});
-  for (const std::uint64_t seed : {0, 1}) {
+  int divided = 0;
+  for (const std::uint64_t seed : {0, 1, 2, 3}) {
     SCOPED_TRACE(seed);
     EmbeddingOptions options = quick();
     options.seed = seed;
@@ -94,9 +95,10 @@ TEST(Embed, BringsAnyOneBoneToARegionThatIsToBeKeptWhole) {
     const Embedding unasked = embed(character, target, options, {}, free);  // the same pose, now measured by what is asked
     EXPECT_LT(whole.missed, 0.7 * unasked.missed);
     const std::vector<double> before = shares_at_end(character, target, free), after = shares_at_end(character, target, whole);
-    EXPECT_LT(*std::max_element(before.begin(), before.end()), 0.75);
     EXPECT_GT(*std::max_element(after.begin(), after.end()), 0.85);
+    divided += *std::max_element(before.begin(), before.end()) < 0.75;
   }
+  EXPECT_GE(divided, 2) << "of which some were divided by themselves";
 }
 
 TEST(Embed, IsNotChangedByARegionWithoutArea) {
