@@ -30,6 +30,18 @@ inline bool has_avx2() { return __builtin_cpu_supports("avx2"); }
 inline bool has_avx2() { return false; }
 #endif
 
+// Declares Floats `roots`: the square roots of Floats that are not negative.
+#if defined(__SSE2__)
+#define EIGHT_SQRT(roots, squares)                                                                            \
+  const __m128 roots##_low = _mm_sqrt_ps(__m128(__builtin_shufflevector(squares, squares, 0, 1, 2, 3))),      \
+               roots##_high = _mm_sqrt_ps(__m128(__builtin_shufflevector(squares, squares, 4, 5, 6, 7)));     \
+  const Floats roots = __builtin_shufflevector(roots##_low, roots##_high, 0, 1, 2, 3, 4, 5, 6, 7)
+#else
+#define EIGHT_SQRT(roots, squares) \
+  Floats roots = squares;          \
+  for (int lane = 0; lane < 8; ++lane) roots[lane] = __builtin_sqrtf(roots[lane])
+#endif
+
 // Puts into `bits` a bit for each number of a mask (all of its bits set, or none).
 #if defined(__SSE2__)
 #define EIGHT_BITS_OF_BYTES(bits, mask)                                                                    \

@@ -6,16 +6,14 @@
 #include <utility>
 
 #include "embedding/flood.h"
+#include "embedding/seeds.h"
 
 namespace transformables {
 namespace {
 
 constexpr int kAround = 6;              // protrusion samples on a ring
 constexpr double kSampleSpacing = 0.01; // along a capsule: the paper's step
-constexpr double kThinnest = 0.87;      // steps; a thinner capsule could miss every voxel's centre
-// Where the nearest point of parent and child is their joint, both are equally near: a little of how far a place
-// lies past a bone's end is added, so that the joint's bisector plane decides.
-constexpr double kBisector = 0.1;
+constexpr double kAboutJoint = 4;       // steps: how far about a joint there are seeds
 
 /// Two units that are at right angles to a unit vector and to each other.
 void across(const Eigen::Vector3d& d, Eigen::Vector3d& u, Eigen::Vector3d& v) {
@@ -148,47 +146,18 @@ bool Evaluator::plant_seeds() {
   for (const Voxels::Row& row : voxels_->rows) std::fill_n(field_.begin() + row.begin, row.count, kUnreached);
   bool any = false;
   const auto& bones = skeleton_.character.bones;
-  for (std::size_t i = 0; i < bones.size(); ++i)
-    for (int s = skeleton_.first_segment[i]; s < skeleton_.first_segment[i + 1]; ++s)
-      any |= plant_segment(skeleton_.segments[std::size_t(s)], int(i), bones[i].radius);
-  return any;
-}
-
-// Goes along the capsule slice by slice of its steepest axis. Within a slice it covers no more than sqrt 2 radii
-// about the axis. A seed's start is its distance from the axis, so that of two bones that overlap the nearer wins.
-bool Evaluator::plant_segment(const Skeleton::PosedSegment& segment, int bone, double radius) {
-  const Voxels& vox = *voxels_;
-  const Eigen::Vector3d a = (segment.a - vox.origin) / vox.step;
-  const double length = segment.length / vox.step, thick = std::max(radius / vox.step, kThinnest);
-  const double excess = (skeleton_.largest_radius - radius) / vox.step;  // thinner bones start later
-  const Eigen::Vector3d along = length * segment.direction;
-  int m;
-  segment.direction.cwiseAbs().maxCoeff(&m);
-  const int u = (m + 1) % 3, v = (m + 2) % 3;
-  const double low = std::min(a[m], a[m] + along[m]) - thick, high = std::max(a[m], a[m] + along[m]) + thick;
-  const int first = std::max(0, int(std::ceil(low))), last = std::min(vox.size[m] - 1, int(std::floor(high)));
-  const double half = 1.4143 * thick;
-  const int strides[3] = {1, vox.pitch, vox.slice};
-  bool any = false;
-  for (int k = first; k <= last; ++k) {
-    const double t = std::abs(along[m]) > 1e-9 ? std::clamp((k - a[m]) / along[m], 0.0, 1.0) : 0.0;
-    const double cu = a[u] + t * along[u], cv = a[v] + t * along[v];
-    const int u0 = std::max(0, int(std::ceil(cu - half))), u1 = std::min(vox.size[u] - 1, int(std::floor(cu + half)));
-    const int v0 = std::max(0, int(std::ceil(cv - half))), v1 = std::min(vox.size[v] - 1, int(std::floor(cv + half)));
-    for (int j = v0; j <= v1; ++j) {
-      std::int32_t cell = vox.cell(0, 0, 0) + k * strides[m] + j * strides[v] + u0 * strides[u];
-      for (int i = u0; i <= u1; ++i, cell += strides[u]) {
-        const double dm = k - a[m], du = i - a[u], dv = j - a[v];
-        const double free = dm * segment.direction[m] + du * segment.direction[u] + dv * segment.direction[v];
-        const double at = std::clamp(free, 0.0, length);
-        const double square = dm * dm + du * du + dv * dv - at * (2 * free - at);
-        if (square > thick * thick || vox.wall[std::size_t(cell)] != 0) continue;
-        const double value = std::sqrt(positive(square)) + kBisector * std::abs(free - at) + excess;
-        const std::int32_t packed = (std::int32_t(kUnitsPerStep * value + 0.5) << kLabelBits) | bone;
-        field_[std::size_t(cell)] = std::min(field_[std::size_t(cell)], packed);
-        any = true;
-      }
-    }
+  const auto for_each_segment = [&](int bone, const auto& plant) {
+    const double radius = bones[std::size_t(bone)].radius;
+    for (int s = skeleton_.first_segment[std::size_t(bone)]; s < skeleton_.first_segment[std::size_t(bone) + 1]; ++s)
+      any |= plant(Seeded{skeleton_.segments[std::size_t(s)], bone, radius, skeleton_.largest_radius - radius});
+  };
+  for (int i = 0; i < int(bones.size()); ++i) {
+    for_each_segment(i, [&](const Seeded& seeded) { return plant_capsule(*voxels_, seeded, field_.data()); });
+    const Eigen::Vector3d& joint = skeleton_.heads[std::size_t(i)];
+    const double reach = std::min(kAboutJoint * voxels_->step, -distance_at(target_, joint));
+    if (bones[std::size_t(i)].parent < 0 || !(reach > 0)) continue;
+    for (const int bone : {i, bones[std::size_t(i)].parent})
+      for_each_segment(bone, [&](const Seeded& seeded) { return plant_about_joint(*voxels_, seeded, joint, reach, field_.data()); });
   }
   return any;
 }

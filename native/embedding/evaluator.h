@@ -55,7 +55,6 @@ class Evaluator {
   void add_protrusion(Evaluation& evaluation);
   double protrusion(const Skeleton::PosedSegment& segment, int stations, double radius, double& sum_of_squares) const;
   bool plant_seeds();
-  bool plant_segment(const Skeleton::PosedSegment& segment, int bone, double radius);
   double compact() const;
   double skin(const Pose& pose);
   double compact_without_seeds();

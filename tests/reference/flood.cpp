@@ -14,6 +14,7 @@ using Eigen::Vector3i;
 namespace {
 
 constexpr double kThinnest = 0.87;      // voxels: the least radius that a capsule is drawn with
+constexpr double kAboutJoint = 4;       // voxels: seeds about a joint
 constexpr double kBisector = 0.1;       // of how far a point lies past a bone's end: breaks ties about a joint
 
 /// Distance to a segment plus a little of how far the point lies past its end.
@@ -23,9 +24,27 @@ double with_overshoot(const Segment& s, const Vector3d& p) {
   return distance(s, p) + kBisector * std::abs(t - std::clamp(t, 0.0, length));
 }
 
+/// The point of a segment that is nearest to p.
+Vector3d nearest_of(const Segment& s, const Vector3d& p) {
+  const Vector3d along = s.b - s.a;
+  return s.a + (along.squaredNorm() > 0 ? std::clamp((p - s.a).dot(along) / along.squaredNorm(), 0.0, 1.0) : 0.0) * along;
+}
+
 }  // namespace
 
-// Voxels whose centre is within a capsule. Of two bones, that whose axis is nearer keeps the voxel.
+/// Whether p, and the point of the segment that is nearest to it, are within the ball about one of the bone's joints.
+bool Objective::about_joint(const Posed& posed, std::size_t bone, const Segment& s, const Vector3d& p) const {
+  const auto within = [&](std::size_t child) {
+    const Vector3d& joint = posed.heads[child];
+    const double reach = std::min(kAboutJoint * shape_.step, -distance_at(target_, joint));
+    return reach > 0 && (p - joint).norm() <= reach && (nearest_of(s, p) - joint).norm() <= reach;
+  };
+  bool any = character_.bones[bone].parent >= 0 && within(bone);
+  for (std::size_t child = 0; child < character_.bones.size(); ++child) any |= character_.bones[child].parent == int(bone) && within(child);
+  return any;
+}
+
+// Voxels whose centre is within a capsule; where ways count, those about joints too. Of two bones, that whose axis is nearer keeps the voxel.
 std::vector<Flooded> Objective::seeds(const Posed& posed) const {
   std::vector<Flooded> flooded(shape_.count());
   double largest = 0;
@@ -33,7 +52,7 @@ std::vector<Flooded> Objective::seeds(const Posed& posed) const {
   for (std::size_t b = 0; b < character_.bones.size(); ++b) {
     const double radius = std::max(character_.bones[b].radius, kThinnest * shape_.step);
     for (const Segment& s : posed.segments[b]) {
-      const Vector3d reach = Vector3d::Constant(radius + shape_.step);
+      const Vector3d reach = Vector3d::Constant(std::max(radius, kAboutJoint * shape_.step) + shape_.step);
       const Vector3i low = shape_.nearest(s.a.cwiseMin(s.b) - reach).cwiseMax(0);
       const Vector3i high = shape_.nearest(s.a.cwiseMax(s.b) + reach).cwiseMin((shape_.size.array() - 1).matrix());
       for (int z = low.z(); z <= high.z(); ++z)
@@ -41,7 +60,8 @@ std::vector<Flooded> Objective::seeds(const Posed& posed) const {
           for (int x = low.x(); x <= high.x(); ++x) {
             const std::size_t v = shape_.index(x, y, z);
             const Vector3d p = shape_.position(v);
-            if (!inside_[v] || distance(s, p) > radius) continue;
+            const bool near = distance(s, p) <= radius || (options_.flood == FloodKind::kShortestWay && about_joint(posed, b, s, p));
+            if (!inside_[v] || !near) continue;
             const double start = (with_overshoot(s, p) + largest - character_.bones[b].radius) / shape_.step;
             const auto units = std::int32_t(32 * start + 0.5);
             if (flooded[v].bone < 0 || units < flooded[v].distance) flooded[v] = {std::int16_t(b), units};

@@ -61,6 +61,7 @@ class Objective {
   struct Plane;
   Posed posed(const Pose& pose, const Morphology& morphology) const;
   std::vector<Flooded> seeds(const Posed& posed) const;
+  bool about_joint(const Posed& posed, std::size_t bone, const Segment& s, const Eigen::Vector3d& p) const;
   void by_fronts(std::vector<Flooded>& flooded) const;
   void by_shortest_way(std::vector<Flooded>& flooded) const;
   double compact(const Posed& posed, const std::vector<Flooded>& flooded) const;
