@@ -73,7 +73,7 @@ struct EmbeddingOptions {
   std::vector<PaintedRegion> painted;
   int runs = 1;                         ///< searches that go on to the end; the best is kept; more do while none is sound
   int starts = 20;                      ///< random poses that go downhill for each of those; the best are searched around
-  int evaluations = 16000;              ///< bound for each run; a run ends earlier when it has converged
+  int evaluations = 8000;               ///< bound for each run; a run ends earlier when it has converged
   int threads = 0;                      ///< 0: all cores. The result does not depend on it.
   std::function<void(const Embedding&)> trying;  ///< called, when set, up to 20 times a second: where the leading search is just now, to be watched
 };

@@ -24,7 +24,6 @@ CmaEs Search::optimiser(double sigma, int population, std::uint64_t stream) cons
   CmaEs::Options options;
   options.population = population;
   options.seed = options_.seed * 1000003 + stream;
-  options.diagonal = wide_;  // as long as runs are, they can't learn more
   options.tol_fun = 1e-3;
   options.tol_x = 1e-3;
   return CmaEs(Eigen::VectorXd::Zero(unknowns_.count()), sigma, options);

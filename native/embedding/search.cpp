@@ -25,7 +25,7 @@ constexpr long kShortRun = 300;
 // What the search tries is seen on coarse grids that take turns; what it found is judged on the fine one, at every boundary voxel. On any one grid the terms are off
 // by a tenth or two, as its voxels happen to lie, and a search that sees one grid finds poses that are good on that grid alone.
 constexpr int kGrids = 8;
-constexpr double kVoxelsABone = 700;     // of a coarse grid
+constexpr double kVoxelsABone = 350, kLeastVoxels = 6000;  // of a coarse grid
 constexpr double kSameVolume = 0.1;      // a coarse grid that loses or wins more of the target is left out
 constexpr std::size_t kFewVoxels = 6000; // of a coarse grid: with more, one boundary voxel in three is looked at, with twice as many one in five
 constexpr double kShifts[] = {0.8191725134, 0.6710436067, 0.5497004779};  // spread evenly (Roberts 2018)
@@ -65,7 +65,7 @@ bool holds(const Voxels& voxels, const Target& target) {
 
 std::vector<std::shared_ptr<const Voxels>> coarse_grids(const Target& target, std::size_t bones, const std::shared_ptr<const Voxels>& fine) {
   std::vector<std::shared_ptr<const Voxels>> grids;
-  const double step = std::max(fine->step, std::cbrt(target.volume / (kVoxelsABone * double(bones))));
+  const double step = std::max(fine->step, std::cbrt(target.volume / std::max(kLeastVoxels, kVoxelsABone * double(bones))));
   for (int k = 1; k <= kGrids; ++k) {
     Eigen::Vector3d shift;
     for (int d = 0; d < 3; ++d) shift[d] = k * kShifts[d] - std::floor(k * kShifts[d]);
@@ -199,7 +199,6 @@ void Search::finish(std::vector<Run>& finalists, std::vector<Run>& ended, const 
 
 std::vector<Embedding> Search::wide(int count, double least_difference, const Hear& found) {
   least_difference_ = least_difference;
-  wide_ = true;
   const long bound = options_.evaluations;
   const long brief = std::min(long(breadth() * double(kShortRun)), bound);
   const auto together = std::size_t(options_.runs), finalists = std::max({together, std::size_t(count) * 3 / 2, kFewest});

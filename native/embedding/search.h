@@ -129,7 +129,6 @@ class Search {
   double least_difference_ = 0;
   tbb::enumerable_thread_specific<Worker> workers_;
   tbb::task_arena arena_;
-  bool wide_ = false;                  ///< whether it is one from nothing
   long evaluations_ = 0, planned_ = 1;
   std::chrono::steady_clock::time_point shown_{};
   double best_value_ = std::numeric_limits<double>::infinity();
