@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <compare>
 #include <span>
 
@@ -25,6 +26,17 @@ Ball ball_about(std::span<const Eigen::Vector3f> points) {
   Ball ball{box.center()};
   for (const Eigen::Vector3f& p : points) ball.radius = std::max(ball.radius, (p - ball.centre).norm());
   return ball;
+}
+
+/// The last one again and again where there are fewer.
+std::vector<EightPlaces> in_eights(std::span<const Eigen::Vector3f> points) {
+  std::vector<EightPlaces> eights((points.size() + 7) / 8);
+  for (std::size_t i = 0; i < 8 * eights.size(); ++i) {
+    const Eigen::Vector3f& p = points[std::min(i, points.size() - 1)];
+    EightPlaces& eight = eights[i / 8];
+    eight.x[i % 8] = p.x(), eight.y[i % 8] = p.y(), eight.z[i % 8] = p.z();
+  }
+  return eights;
 }
 
 /// Where each run of equal `of(place)` begins among `count` places, and the end.
@@ -63,6 +75,7 @@ std::vector<const PathCollisions::Encounter*> PathCollisions::near(std::span<con
 /// Most of the encounters left are ruled out for a ball about all samples of a brick; the others are looked at for each.
 void PathCollisions::hits_of_brick(std::span<const Eigen::Vector3f> points, const std::vector<const Encounter*>& encounters, int enough, std::span<int> found) const {
   const Ball ball = ball_about(points);
+  const std::vector<EightPlaces> eights = in_eights(points);
   std::size_t open = points.size();
   for (const Encounter* e : encounters) {
     if (open == 0) return;
@@ -70,9 +83,12 @@ void PathCollisions::hits_of_brick(std::span<const Eigen::Vector3f> points, cons
     const float speed = e->motion.speed(ball.centre, ball.radius);
     const int from = first_hit(field, e->motion, ball.centre, speed, 0, tolerance_ - ball.radius);
     if (from < 0) continue;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      if (found[i] >= enough || first_hit(field, e->motion, points[i], speed, from, tolerance_) < 0) continue;
-      if (++found[i] == enough) --open;
+    for (std::size_t first = 0; first < points.size(); first += 8) {
+      std::uint32_t asked = 0;
+      for (std::size_t n = 0; n < std::min<std::size_t>(8, points.size() - first); ++n) asked |= std::uint32_t(found[first + n] < enough) << n;
+      if (asked == 0) continue;
+      for (std::uint32_t met = ever_deeper(field, e->motion, eights[first / 8], asked, speed, from, tolerance_); met; met &= met - 1)
+        if (++found[first + std::size_t(std::countr_zero(met))] == enough) --open;
     }
   }
 }
