@@ -1,3 +1,4 @@
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -30,7 +31,7 @@ constexpr int kPasses = 6;              // those after rounding mend what it cou
 
 struct Candidate {
   std::vector<std::int16_t> owner;
-  bool child_to_parent = true;
+  bool child_to_parent = true, exact = false;
   double radius = 0;          // 0: exact alternative
   double moved = 0, left = 0; // cubic target units
   double score = 0;
@@ -138,7 +139,7 @@ std::vector<std::int16_t> Transfer::cylinder_transfer(const Joint& joint, bool c
 
 Candidate Transfer::make(const Joint& joint, const Collisions& found, bool child_to_parent, bool exact) const {
   Candidate c;
-  c.child_to_parent = child_to_parent;
+  c.child_to_parent = child_to_parent, c.exact = exact;
   c.radius = exact ? 0 : bisected_radius(joint, found);
   c.owner = exact ? exact_transfer(result_.owner, target_, skeleton_, joint, child_to_parent)
                   : cylinder_transfer(joint, child_to_parent, c.radius);
@@ -160,8 +161,9 @@ std::vector<Candidate> Transfer::candidates(const Joint& joint, const Collisions
     if (direction == (child_to_parent ? TransferDirection::kParentToChild : TransferDirection::kChildToParent)) continue;
     if (!result_.may_grow(child_to_parent ? joint.parent : joint.child)) continue;
     for (bool exact : {false, true})
-      if (wanted(joint, exact)) all.push_back(make(joint, found, child_to_parent, exact));
+      if (wanted(joint, exact)) all.emplace_back().child_to_parent = child_to_parent, all.back().exact = exact;
   }
+  tbb::parallel_for(std::size_t(0), all.size(), [&](std::size_t k) { all[k] = make(joint, found, all[k].child_to_parent, all[k].exact); });
   std::erase_if(all, [](const Candidate& c) { return c.moved == 0; });
   std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
   return all;
