@@ -142,6 +142,7 @@ void Rebuild::continue_outside() {
     if (!known[i]) phi_[i] = kBand;
   }
   for (const auto& [g, c] : around_.shell) {
+    if (d[g] > around_.reach * float(phi_.shape.step)) break;   // the nearest come first
     if ((c.array() < first_.array()).any() || (c.array() >= end.array()).any()) continue;
     const std::size_t i = phi_.shape.index(c - first_);
     const float here = d[g];
