@@ -52,7 +52,7 @@ std::vector<std::size_t> runs(std::size_t count, const Of& of) {
 }  // namespace
 
 PathCollisions::PathCollisions(const Design& design, const std::vector<char>& present, const std::vector<SampledMove>& moves, float tolerance)
-    : shape_(design.segmentation.shape), skeletons_(skeletons_of(design)), tolerance_(tolerance), encounters_(present.size()), fields_(present.size()) {
+    : shape_(design.segmentation.shape), skeletons_(skeletons_of(design)), tolerance_(tolerance), encounters_(present.size()), fields_(present.size()), grown_(present.size(), 0) {
   const int bones = int(present.size());
   for (const SampledMove& move : moves)
     for (int a = 0; a < bones; ++a)
@@ -66,7 +66,7 @@ std::vector<const PathCollisions::Encounter*> PathCollisions::near(std::span<con
   std::vector<const Encounter*> result;
   for (const Encounter& e : encounters_[bone]) {
     const PartField& field = fields_[e.other];
-    if (!field.empty() && first_hit(field, e.motion, ball.centre, e.motion.speed(ball.centre, ball.radius), 0, tolerance_ - ball.radius - kUneven) >= 0)
+    if (!field.empty() && first_hit(field, e.motion, ball.centre, e.motion.speed(ball.centre, ball.radius), 0, tolerance_ - ball.radius - kUneven - float(grown_[std::size_t(e.other)])) >= 0)
       result.push_back(&e);
   }
   return result;
@@ -93,7 +93,15 @@ void PathCollisions::hits_of_brick(std::span<const Eigen::Vector3f> points, cons
   }
 }
 
-std::vector<int> PathCollisions::hits(const std::vector<std::uint32_t>& samples, int bone, int enough) const {
+/// Samples in bricks, and what they may meet, block by block.
+struct PathCollisions::Grouped {
+  std::vector<std::uint32_t> place;        // of each point in what was asked for
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::size_t> blocks, bricks; // where each begins, and the end
+  std::vector<std::vector<const Encounter*>> near_block;
+};
+
+PathCollisions::Grouped PathCollisions::grouped(const std::vector<std::uint32_t>& samples, int bone) const {
   const auto place_of = [&](const Eigen::Vector3i& b) {
     return (std::uint64_t(b.z()) * std::uint64_t(shape_.size.y()) + std::uint64_t(b.y())) * std::uint64_t(shape_.size.x()) + std::uint64_t(b.x());
   };
@@ -108,23 +116,47 @@ std::vector<int> PathCollisions::hits(const std::vector<std::uint32_t>& samples,
     order.push_back({place_of(c / kBlock), place_of(c / kBrick), std::uint32_t(i)});
   }
   std::sort(order.begin(), order.end());
-  std::vector<Eigen::Vector3f> points;
-  for (const Place& p : order) points.push_back(shape_.cell(samples[p.sample]).cast<float>());
-  const std::vector<std::size_t> blocks = runs(order.size(), [&](std::size_t i) { return order[i].block; });
-  const std::vector<std::size_t> bricks = runs(order.size(), [&](std::size_t i) { return order[i].brick; });
-  std::vector<std::vector<const Encounter*>> near_block(blocks.size() - 1);
-  tbb::parallel_for(std::size_t(0), near_block.size(), [&](std::size_t k) {
-    near_block[k] = near(std::span(points).subspan(blocks[k], blocks[k + 1] - blocks[k]), bone);
+  Grouped all;
+  for (const Place& p : order) all.place.push_back(p.sample), all.points.push_back(shape_.cell(samples[p.sample]).cast<float>());
+  all.blocks = runs(order.size(), [&](std::size_t i) { return order[i].block; });
+  all.bricks = runs(order.size(), [&](std::size_t i) { return order[i].brick; });
+  all.near_block.resize(all.blocks.size() - 1);
+  tbb::parallel_for(std::size_t(0), all.near_block.size(), [&](std::size_t k) {
+    all.near_block[k] = near(std::span(all.points).subspan(all.blocks[k], all.blocks[k + 1] - all.blocks[k]), bone);
   });
+  return all;
+}
+
+std::vector<int> PathCollisions::hits(const Grouped& samples, int enough) const {
+  const auto& [place, points, blocks, bricks, near_block] = samples;
   std::vector<int> found(points.size(), 0);
-  tbb::parallel_for(std::size_t(0), bricks.size() - 1, [&](std::size_t b) {
+  tbb::parallel_for(std::size_t(0), bricks.size() - 1, [&, &points = points, &blocks = blocks, &bricks = bricks, &near_block = near_block](std::size_t b) {
     const std::size_t first = bricks[b], count = bricks[b + 1] - first;
     const std::size_t block = std::size_t(std::upper_bound(blocks.begin(), blocks.end(), first) - blocks.begin()) - 1;
     hits_of_brick(std::span(points).subspan(first, count), near_block[block], enough, std::span(found).subspan(first, count));
   });
-  std::vector<int> result(samples.size());
-  for (std::size_t i = 0; i < order.size(); ++i) result[order[i].sample] = found[i];
+  std::vector<int> result(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) result[place[i]] = found[i];
   return result;
+}
+
+std::vector<int> PathCollisions::hits(const std::vector<std::uint32_t>& samples, int bone, int enough) const { return hits(grouped(samples, bone), enough); }
+
+std::vector<int> PathCollisions::hits(const std::vector<std::uint32_t>& samples, int bone, int enough, const std::vector<std::int16_t>& owner) {
+  const Grouped all = grouped(samples, bone);
+  std::vector<char> met(fields_.size(), 0);
+  for (const auto& encounters : all.near_block)
+    for (const Encounter* e : encounters) met[std::size_t(e->other)] = 1;
+  tbb::parallel_for(std::size_t(0), fields_.size(), [&](std::size_t b) {
+    if (met[b] && grown_[b] > 0) set_part(owner, int(b));
+  });
+  return hits(all, enough);
+}
+
+void PathCollisions::refresh(const std::vector<std::int16_t>& owner) {
+  tbb::parallel_for(std::size_t(0), fields_.size(), [&](std::size_t b) {
+    if (grown_[b] > 0) set_part(owner, int(b));
+  });
 }
 
 }  // namespace transformables::folding
