@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "finishing/part_field.h"
 
@@ -12,6 +14,15 @@ namespace {
 constexpr float kFar = 1e9f;
 constexpr float kDeepest = 4;     ///< steps: deeper inside nobody asks how deep
 constexpr float kFarthest = 20;   ///< steps: farther away a lower bound does as well
+
+/// Which flags of a row differ from one beside them, in the row or in others.
+void mark_changes(std::span<const char> row, const std::array<const char*, 4>& others, std::vector<char>& differs) {
+  std::fill(differs.begin(), differs.end(), 0);
+  for (const char* other : others)
+    for (std::size_t i = 0; other && i < row.size(); ++i) differs[i] |= char(row[i] ^ other[i]);
+  for (std::size_t i = 0; i + 1 < row.size(); ++i) differs[i] |= char(row[i] ^ row[i + 1]);
+  for (std::size_t i = 1; i < row.size(); ++i) differs[i] |= char(row[i] ^ row[i - 1]);
+}
 
 bool differ(float a, float b) { return (a < 0) != (b < 0); }
 
@@ -92,18 +103,26 @@ Grid<float> redistanced(const Grid<float>& psi) {
   Grid<float> d(s, kFarthest);
   std::vector<char> fixed(s.count(), 0);
   const std::array<std::size_t, 3> stride{1, std::size_t(s.size.x()), std::size_t(s.size.x()) * std::size_t(s.size.y())};
-  std::size_t n = 0;
+  const std::size_t nx = stride[1];
+  std::vector<char> in(s.count()), beside(nx);
+  for (std::size_t n = 0; n < in.size(); ++n) in[n] = psi[n] < 0;
   for (int k = 0; k < s.size.z(); ++k)
-    for (int j = 0; j < s.size.y(); ++j)
-      for (int i = 0; i < s.size.x(); ++i, ++n) {
-        const float near = beside_surface(&psi.values[n], stride, {i > 0, j > 0, k > 0}, {i + 1 < s.size.x(), j + 1 < s.size.y(), k + 1 < s.size.z()});
-        fixed[n] = near < kFar;
-        if (fixed[n]) d[n] = near;
-        else if (psi[n] < 0) d[n] = kDeepest;
+    for (int j = 0; j < s.size.y(); ++j) {
+      const std::size_t first = s.index(0, j, k);
+      mark_changes({&in[first], nx}, {j > 0 ? &in[first - nx] : nullptr, j + 1 < s.size.y() ? &in[first + nx] : nullptr, k > 0 ? &in[first - stride[2]] : nullptr,
+                                      k + 1 < s.size.z() ? &in[first + stride[2]] : nullptr}, beside);
+      for (std::size_t i = 0, n = first; i < nx; ++i, ++n) {
+        if (beside[i]) {
+          d[n] = beside_surface(&psi.values[n], stride, {i > 0, j > 0, k > 0}, {i + 1 < nx, j + 1 < s.size.y(), k + 1 < s.size.z()});
+          fixed[n] = 1;
+        } else if (in[n]) {
+          d[n] = kDeepest;
+        }
       }
+    }
   Sweeper(d, fixed).run();
   const float step = float(s.step);
-  for (n = 0; n < d.values.size(); ++n) d[n] = psi[n] < 0 ? -d[n] * step : d[n] * step;
+  for (std::size_t n = 0; n < d.values.size(); ++n) d[n] = psi[n] < 0 ? -d[n] * step : d[n] * step;
   return d;
 }
 

@@ -31,11 +31,6 @@ void add_eights(std::vector<PartSamples::EightBalls>& into, std::uint32_t first,
   }
 }
 
-/// Whether no ball of A's bricks as a whole ever comes within reach of B.
-bool never_near(const PartSamples& a, const PartField& b, const PairMotion& motion, float tolerance) {
-  return first_hit(b, motion, a.whole.centre, motion.speed(a.whole.centre, a.whole.radius), 0, tolerance - a.whole.radius) < 0;
-}
-
 }  // namespace
 
 Rigid in_lattice_units(const Eigen::Isometry3d& motion, const GridShape& shape) {
@@ -162,29 +157,6 @@ PairMotion PairMotion::reversed() const {
   r.steady = steady;
   for (const Rigid& m : a_to_b) r.a_to_b.push_back({m.turn.transpose(), -(m.turn.transpose() * m.shift)});
   return r;
-}
-
-std::size_t swept_samples(const PartSamples& a, const PartField& b, const PairMotion& motion, float tolerance, std::vector<char>* hit,
-                          std::size_t enough) {
-  if (hit) hit->assign(a.points.size(), 0);
-  if (a.points.empty() || b.empty() || never_near(a, b, motion, tolerance)) return 0;
-  std::size_t hits = 0;
-  auto small = a.small.begin();
-  for (const auto& brick : a.bricks) {
-    const std::uint32_t end = brick.first + brick.count;
-    const float speed = motion.speed(brick.centre, brick.radius);
-    const int near = first_hit(b, motion, brick.centre, speed, 0, tolerance - brick.radius);
-    for (; small != a.small.end() && small->first < end; ++small) {
-      const int from = near < 0 ? -1 : first_hit(b, motion, small->centre, speed, near, tolerance - small->radius - kUneven);
-      if (from < 0) continue;
-      for (std::uint32_t i = small->first; i < small->first + small->count; ++i) {
-        if (first_hit(b, motion, a.points[i], speed, from, tolerance) < 0) continue;
-        if (hit) (*hit)[i] = 1;
-        if (++hits == enough) return hits;
-      }
-    }
-  }
-  return hits;
 }
 
 namespace {

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <compare>
 #include <span>
 
@@ -27,6 +28,17 @@ Ball ball_about(std::span<const Eigen::Vector3f> points) {
   return ball;
 }
 
+/// The last one again and again where there are fewer.
+std::vector<EightPlaces> in_eights(std::span<const Eigen::Vector3f> points) {
+  std::vector<EightPlaces> eights((points.size() + 7) / 8);
+  for (std::size_t i = 0; i < 8 * eights.size(); ++i) {
+    const Eigen::Vector3f& p = points[std::min(i, points.size() - 1)];
+    EightPlaces& eight = eights[i / 8];
+    eight.x[i % 8] = p.x(), eight.y[i % 8] = p.y(), eight.z[i % 8] = p.z();
+  }
+  return eights;
+}
+
 /// Where each run of equal `of(place)` begins among `count` places, and the end.
 template <class Of>
 std::vector<std::size_t> runs(std::size_t count, const Of& of) {
@@ -40,7 +52,7 @@ std::vector<std::size_t> runs(std::size_t count, const Of& of) {
 }  // namespace
 
 PathCollisions::PathCollisions(const Design& design, const std::vector<char>& present, const std::vector<SampledMove>& moves, float tolerance)
-    : shape_(design.segmentation.shape), skeletons_(skeletons_of(design)), tolerance_(tolerance), encounters_(present.size()), fields_(present.size()) {
+    : shape_(design.segmentation.shape), skeletons_(skeletons_of(design)), tolerance_(tolerance), encounters_(present.size()), fields_(present.size()), grown_(present.size(), 0) {
   const int bones = int(present.size());
   for (const SampledMove& move : moves)
     for (int a = 0; a < bones; ++a)
@@ -54,7 +66,7 @@ std::vector<const PathCollisions::Encounter*> PathCollisions::near(std::span<con
   std::vector<const Encounter*> result;
   for (const Encounter& e : encounters_[bone]) {
     const PartField& field = fields_[e.other];
-    if (!field.empty() && first_hit(field, e.motion, ball.centre, e.motion.speed(ball.centre, ball.radius), 0, tolerance_ - ball.radius - kUneven) >= 0)
+    if (!field.empty() && first_hit(field, e.motion, ball.centre, e.motion.speed(ball.centre, ball.radius), 0, tolerance_ - ball.radius - kUneven - float(grown_[std::size_t(e.other)])) >= 0)
       result.push_back(&e);
   }
   return result;
@@ -63,6 +75,7 @@ std::vector<const PathCollisions::Encounter*> PathCollisions::near(std::span<con
 /// Most of the encounters left are ruled out for a ball about all samples of a brick; the others are looked at for each.
 void PathCollisions::hits_of_brick(std::span<const Eigen::Vector3f> points, const std::vector<const Encounter*>& encounters, int enough, std::span<int> found) const {
   const Ball ball = ball_about(points);
+  const std::vector<EightPlaces> eights = in_eights(points);
   std::size_t open = points.size();
   for (const Encounter* e : encounters) {
     if (open == 0) return;
@@ -70,14 +83,25 @@ void PathCollisions::hits_of_brick(std::span<const Eigen::Vector3f> points, cons
     const float speed = e->motion.speed(ball.centre, ball.radius);
     const int from = first_hit(field, e->motion, ball.centre, speed, 0, tolerance_ - ball.radius);
     if (from < 0) continue;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      if (found[i] >= enough || first_hit(field, e->motion, points[i], speed, from, tolerance_) < 0) continue;
-      if (++found[i] == enough) --open;
+    for (std::size_t first = 0; first < points.size(); first += 8) {
+      std::uint32_t asked = 0;
+      for (std::size_t n = 0; n < std::min<std::size_t>(8, points.size() - first); ++n) asked |= std::uint32_t(found[first + n] < enough) << n;
+      if (asked == 0) continue;
+      for (std::uint32_t met = ever_deeper(field, e->motion, eights[first / 8], asked, speed, from, tolerance_); met; met &= met - 1)
+        if (++found[first + std::size_t(std::countr_zero(met))] == enough) --open;
     }
   }
 }
 
-std::vector<int> PathCollisions::hits(const std::vector<std::uint32_t>& samples, int bone, int enough) const {
+/// Samples in bricks, and what they may meet, block by block.
+struct PathCollisions::Grouped {
+  std::vector<std::uint32_t> place;        // of each point in what was asked for
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::size_t> blocks, bricks; // where each begins, and the end
+  std::vector<std::vector<const Encounter*>> near_block;
+};
+
+PathCollisions::Grouped PathCollisions::grouped(const std::vector<std::uint32_t>& samples, int bone) const {
   const auto place_of = [&](const Eigen::Vector3i& b) {
     return (std::uint64_t(b.z()) * std::uint64_t(shape_.size.y()) + std::uint64_t(b.y())) * std::uint64_t(shape_.size.x()) + std::uint64_t(b.x());
   };
@@ -92,23 +116,47 @@ std::vector<int> PathCollisions::hits(const std::vector<std::uint32_t>& samples,
     order.push_back({place_of(c / kBlock), place_of(c / kBrick), std::uint32_t(i)});
   }
   std::sort(order.begin(), order.end());
-  std::vector<Eigen::Vector3f> points;
-  for (const Place& p : order) points.push_back(shape_.cell(samples[p.sample]).cast<float>());
-  const std::vector<std::size_t> blocks = runs(order.size(), [&](std::size_t i) { return order[i].block; });
-  const std::vector<std::size_t> bricks = runs(order.size(), [&](std::size_t i) { return order[i].brick; });
-  std::vector<std::vector<const Encounter*>> near_block(blocks.size() - 1);
-  tbb::parallel_for(std::size_t(0), near_block.size(), [&](std::size_t k) {
-    near_block[k] = near(std::span(points).subspan(blocks[k], blocks[k + 1] - blocks[k]), bone);
+  Grouped all;
+  for (const Place& p : order) all.place.push_back(p.sample), all.points.push_back(shape_.cell(samples[p.sample]).cast<float>());
+  all.blocks = runs(order.size(), [&](std::size_t i) { return order[i].block; });
+  all.bricks = runs(order.size(), [&](std::size_t i) { return order[i].brick; });
+  all.near_block.resize(all.blocks.size() - 1);
+  tbb::parallel_for(std::size_t(0), all.near_block.size(), [&](std::size_t k) {
+    all.near_block[k] = near(std::span(all.points).subspan(all.blocks[k], all.blocks[k + 1] - all.blocks[k]), bone);
   });
+  return all;
+}
+
+std::vector<int> PathCollisions::hits(const Grouped& samples, int enough) const {
+  const auto& [place, points, blocks, bricks, near_block] = samples;
   std::vector<int> found(points.size(), 0);
-  tbb::parallel_for(std::size_t(0), bricks.size() - 1, [&](std::size_t b) {
+  tbb::parallel_for(std::size_t(0), bricks.size() - 1, [&, &points = points, &blocks = blocks, &bricks = bricks, &near_block = near_block](std::size_t b) {
     const std::size_t first = bricks[b], count = bricks[b + 1] - first;
     const std::size_t block = std::size_t(std::upper_bound(blocks.begin(), blocks.end(), first) - blocks.begin()) - 1;
     hits_of_brick(std::span(points).subspan(first, count), near_block[block], enough, std::span(found).subspan(first, count));
   });
-  std::vector<int> result(samples.size());
-  for (std::size_t i = 0; i < order.size(); ++i) result[order[i].sample] = found[i];
+  std::vector<int> result(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) result[place[i]] = found[i];
   return result;
+}
+
+std::vector<int> PathCollisions::hits(const std::vector<std::uint32_t>& samples, int bone, int enough) const { return hits(grouped(samples, bone), enough); }
+
+std::vector<int> PathCollisions::hits(const std::vector<std::uint32_t>& samples, int bone, int enough, const std::vector<std::int16_t>& owner) {
+  const Grouped all = grouped(samples, bone);
+  std::vector<char> met(fields_.size(), 0);
+  for (const auto& encounters : all.near_block)
+    for (const Encounter* e : encounters) met[std::size_t(e->other)] = 1;
+  tbb::parallel_for(std::size_t(0), fields_.size(), [&](std::size_t b) {
+    if (met[b] && grown_[b] > 0) set_part(owner, int(b));
+  });
+  return hits(all, enough);
+}
+
+void PathCollisions::refresh(const std::vector<std::int16_t>& owner) {
+  tbb::parallel_for(std::size_t(0), fields_.size(), [&](std::size_t b) {
+    if (grown_[b] > 0) set_part(owner, int(b));
+  });
 }
 
 }  // namespace transformables::folding

@@ -29,7 +29,6 @@ class Regrowth {
   void each_neighbour(std::size_t s, const Visit& visit) const;
   void take(std::size_t s, int bone);
   bool wave(int bone, int number);
-  void refresh(int asking);
   bool may_try(std::size_t s, int bone, int number) const;
   bool may_take(std::size_t s, int bone) const { return design_.segmentation.may_grow(bone) || design_.segmentation.owner[s] == bone; }
   char& dead(std::size_t s, int bone) { return dead_[std::size_t(place_[s]) * bones_ + bone]; }
@@ -44,26 +43,17 @@ class Regrowth {
   std::vector<int> reached_;                        // wave in which some part first touched it
   std::vector<char> dead_;                          // [place][bone]: it would collide
   std::vector<std::vector<std::uint32_t>> fringe_;  // [bone]: samples to be tried
-  std::vector<char> grew_;                          // [bone]: since collisions_ was told of its part
   int wave_ = 0;
 };
 
 Regrowth::Regrowth(const Design& design, const std::vector<std::int16_t>& core, const std::vector<SampledMove>& moves, const RegrowthOptions& options)
     : owner(core.size(), -1), design_(design), shape_(design.segmentation.shape), options_(options), bones_(std::size_t(design.bones())),
       collisions_(design, bones_with_core(design, core), moves, options.tolerance), place_(core.size(), -1), reached_(core.size(), -1), dead_(design.target.inside.size() * bones_, 0),
-      fringe_(bones_), grew_(bones_, 1) {
+      fringe_(bones_) {
   for (std::size_t i = 0; i < design.target.inside.size(); ++i) place_[design.target.inside[i]] = int(i);
   for (const std::size_t s : design.target.inside)
     if (core[s] >= 0) take(s, core[s]);
-}
-
-/// What a bone's samples may meet, brought up to date. Only when it is about to ask: many waves bring nothing to try.
-void Regrowth::refresh(int asking) {
-  tbb::parallel_for(0, int(bones_), [&](int b) {
-    if (!grew_[b] || b == asking) return;
-    collisions_.set_part(owner, b);
-    grew_[b] = 0;
-  });
+  tbb::parallel_for(0, int(bones_), [&](int b) { collisions_.set_part(owner, b); });
 }
 
 template <class Visit>
@@ -101,14 +91,13 @@ bool Regrowth::wave(int bone, int number) {
     (may_try(s, bone, number) ? tried : waiting).push_back(s);
   }
   fringe = waiting;
-  if (!tried.empty()) refresh(bone);
-  const std::vector<int> found = collisions_.hits(tried, bone, 1);
+  const std::vector<int> found = collisions_.hits(tried, bone, 1, owner);
   bool grew = false;
   for (std::size_t i = 0; i < tried.size(); ++i) {
     if (found[i] == 0) take(tried[i], bone), grew = true;
     else dead(tried[i], bone) = 1;
   }
-  if (grew) grew_[bone] = 1;
+  if (grew) collisions_.grew(bone);
   return grew || !waiting.empty();
 }
 
@@ -129,7 +118,7 @@ std::vector<std::size_t> Regrowth::fill() {
     if (owner[s] < 0) left.push_back(s);
   const std::vector<std::size_t> all = left;
   constexpr int kMany = 1000;
-  refresh(-1);
+  collisions_.refresh(owner);
   bool to_anyone = false;  // inhibited bones, too: only for what no other can reach
   while (!left.empty()) {
     std::vector<int> choice(left.size(), -1);

@@ -163,10 +163,15 @@ bool Membership::is_in(int bone, const Eigen::Vector3d& p) const {
   if (same) return owner[0] == bone;
   const Eigen::Vector3f t = (q - cell.cast<double>()).cast<float>();
   const float own = read(segmentation_.phi[std::size_t(bone)], boxes_[std::size_t(bone)], cell, t), step = float(shape.step);
-  if (own > step || read(target_.distance, {Eigen::Vector3i::Zero(), shape.size}, cell, t) >= 0) return false;
-  if (own < -2 * step) return true;   // farther from its interface than the samples about it
-  for (std::size_t b = 0; b < boxes_.size(); ++b)
-    if (b != std::size_t(bone) && read(segmentation_.phi[b], boxes_[b], cell, t) <= own) return false;
+  if (own > step) return false;
+  // Others that have a sample here are the likeliest to be lower.
+  const bool near = own >= -2 * step;   // farther from its interface than the samples about it there are none
+  const auto other = [&](std::size_t b) { return b != std::size_t(bone) && read(segmentation_.phi[b], boxes_[b], cell, t) <= own; };
+  for (const std::size_t k : {std::size_t(0), std::size_t(1), dy, dy + 1, dz, dz + 1, dz + dy, dz + dy + 1})
+    if (near && owner[k] >= 0 && owner[k] != bone && (k == 0 || owner[k] != owner[0]) && other(std::size_t(owner[k]))) return false;
+  if (read(target_.distance, {Eigen::Vector3i::Zero(), shape.size}, cell, t) >= 0) return false;
+  for (std::size_t b = 0; near && b < boxes_.size(); ++b)
+    if (other(b)) return false;
   return true;
 }
 

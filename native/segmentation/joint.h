@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "embedding/embedding.h"
@@ -44,6 +45,9 @@ struct Collisions {
   std::vector<int> times;                ///< for each, in how many motions
   double mean = 0;                       ///< volume, mean over the motions, cubic target units
 };
+
+/// Of some joints, by child.
+using Found = std::map<int, Collisions>;
 
 /// @param finer  points stand half a step apart, none on a sample: for level sets that differ by fractions of a step. Else every sample is one
 Collisions collisions(const Segmentation& segmentation, const Target& target, const Joint& joint, bool finer);

@@ -46,7 +46,7 @@ class Layers {
 
   bool are_there() const { return !s_.phi[joint_.child].values.empty() && !s_.phi[joint_.parent].values.empty(); }
 
-  bool part(bool whole);
+  bool part(bool whole, Collisions* known = nullptr);
 
  private:
   struct State {
@@ -76,12 +76,16 @@ class Layers {
   double step_;
 };
 
-// The best of all rounds: what gives way in one place may meet in another. Tells whether anything was changed. `whole`: samples may change their owners.
-bool Layers::part(bool whole) {
+// The best of all rounds: what gives way in one place may meet in another. Tells whether anything was changed, and what is `known` of the joint when nothing was.
+// `whole`: samples may change their owners.
+bool Layers::part(bool whole, Collisions* known) {
   State best{1e9, {}, {}, {}};
   for (int round = 0;; ++round) {
-    const Collisions found = collisions(s_, target_, joint_, true);
-    if (round == 0 && (found.mean <= kAllowed * target_.volume || found.mean > kMuch * target_.volume)) return false;
+    Collisions found = collisions(s_, target_, joint_, true);
+    if (round == 0 && (found.mean <= kAllowed * target_.volume || found.mean > kMuch * target_.volume)) {
+      if (known) *known = std::move(found);
+      return false;
+    }
     if (found.mean < best.left) best = {found.mean, s_.owner, s_.phi[joint_.child], s_.phi[joint_.parent]};
     if (round == kRounds || found.mean <= kAllowed * target_.volume) break;
     for (int sweep = 0; sweep < kSweeps; ++sweep)
@@ -136,23 +140,25 @@ void Layers::move(const Eigen::Vector3i& cell, double change, bool whole) {
 }  // namespace
 
 // Samples that change their owner may cut a piece off: then level sets are settled, and what that brings is parted between samples alone.
-void part_layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
+Found part_layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                  int threads) {
   const std::vector<char> held = beside_pinned(segmentation);
   tbb::task_arena arena(arena_size(threads));
   std::vector<Joint> parted;
+  Found found;
   arena.execute([&] {
     for (const Joint& joint : joints)
-      if (Layers layers(segmentation, target, skeleton, joint, held); layers.are_there() && layers.part(true)) parted.push_back(joint);
+      if (Layers layers(segmentation, target, skeleton, joint, held); layers.are_there() && layers.part(true, &found[joint.child])) parted.push_back(joint);
   });
-  if (parted.empty()) return;
+  if (parted.empty()) return found;
   std::vector<char> bones = bones_of(parted, segmentation.phi.size());
-  if (!surfaces.tile(segmentation, skeleton.core, bones)) return;
+  if (!surfaces.tile(segmentation, skeleton.core, bones)) return {};
   surfaces.settle(segmentation, {}, threads);
   round_outside(segmentation, target, skeleton, surfaces, joints, threads);
   arena.execute([&] {
     for (const Joint& joint : parted) Layers(segmentation, target, skeleton, joint, held).part(false);
   });
+  return {};
 }
 
 // Along one axis after the other.

@@ -16,7 +16,8 @@ namespace transformables::segmentation_inner {
 /// one by one), until hardly any such point is left or rounds are used up. Points stand half a step apart. What is deeper than half a step in both
 /// stays, as do pinned samples and those beside them, cores and inhibited bones. Both level sets change together, so the result is a tiling again. It does
 /// not depend on the number of threads.
-void part_layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
+/// @return what still collides of each joint; empty when that is not known, as something was changed
+Found part_layers(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                  int threads);
 
 /// Flags of the samples that are pinned or within two of one that is (along each axis); empty: none. Interfaces there run as the artist wants

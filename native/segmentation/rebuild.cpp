@@ -3,19 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
+#include "segmentation/bending.h"
 #include "segmentation/lattice.h"
 
 namespace transformables::segmentation_inner {
 namespace {
 
 constexpr int kFits = 60;             // iterations of the fit
-
-// The face neighbours of a sample that are inside the target; in place of others the one after the last sample of the box, where values are 0.
-struct InsideNeighbours {
-  std::array<std::uint32_t, 6> index;
-  int count = 0;
-};
 
 // One bone's level set while it is rebuilt, in steps, over its box.
 class Rebuild {
@@ -33,9 +29,8 @@ class Rebuild {
     take(before);
     find_dirty();
     if (!fitted_.empty()) {
-      start_fit();
-      for (int k = 0; k < kFits; ++k) fit();
-      for (std::size_t i : fitted_) phi_[i] = value_[i];
+      guess();
+      fit();
     }
     for (std::size_t i = 0; i < phi_.values.size(); ++i)
       if (inside_[i]) phi_[i] = right_side(i, phi_[i], kLeast);
@@ -51,7 +46,7 @@ class Rebuild {
 
   void take(const Grid<float>& before);
   void find_dirty();
-  void start_fit();
+  void guess();
   void fit();
   void continue_outside();
 
@@ -62,8 +57,6 @@ class Rebuild {
   std::vector<std::size_t> global_;                        // of each sample of the box, its index in the target's grid
   std::vector<char> inside_, own_;
   std::vector<std::size_t> fitted_;
-  std::vector<InsideNeighbours> beside_;                   // of each fitted one
-  std::vector<float> value_, bend_, next_;                 // while it is fitted, of the box and one more
 };
 
 // Old values where there are any; elsewhere far on the side that the owner says.
@@ -97,7 +90,7 @@ void Rebuild::find_dirty() {
 }
 
 // First guess: the number of steps to the nearest sample of the other side, unless the old value can stand.
-void Rebuild::start_fit() {
+void Rebuild::guess() {
   std::vector<int> layer(phi_.values.size(), 0);
   std::vector<std::size_t> front;
   for (std::size_t i : fitted_) {
@@ -115,35 +108,28 @@ void Rebuild::start_fit() {
                         !(!around_.doubtful.empty() && around_.doubtful[global_[i]]);
     if (!stands) phi_[i] = own_[i] ? -guess : guess;
   }
-  const std::size_t none = phi_.values.size();
-  bend_.assign(none + 1, 0);
-  value_ = phi_.values;
-  value_.push_back(0);
-  next_ = value_;
-  for (std::size_t i : fitted_) {
-    InsideNeighbours& beside = beside_.emplace_back();
-    beside.index.fill(std::uint32_t(none));
-    for_neighbours(phi_.shape, i, [&](std::size_t n) {
-      if (inside_[n]) beside.index[beside.count++] = std::uint32_t(n);
-    });
-  }
 }
 
-// A step down the bending energy (the Laplacian squared) with every sample held on its owner's side, after Lempitsky's
-// smooth surfaces from binary volumes (2010).
+// Down the bending energy with every sample held on its owner's side, after Lempitsky's smooth surfaces from binary volumes (2010).
 void Rebuild::fit() {
-  const auto deviation = [&](const std::vector<float>& f, std::size_t k) {
-    const InsideNeighbours& beside = beside_[k];
-    const auto& n = beside.index;
-    const float sum = 0.f + f[n[0]] + f[n[1]] + f[n[2]] + f[n[3]] + f[n[4]] + f[n[5]];
-    return beside.count > 0 ? sum / float(beside.count) - f[fitted_[k]] : 0.f;
-  };
-  for (std::size_t k = 0; k < fitted_.size(); ++k) bend_[fitted_[k]] = deviation(value_, k);
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  Bending bending(fitted_.size());
+  std::vector<std::uint32_t> place(phi_.values.size(), kNone);
+  for (std::size_t k = 0; k < fitted_.size(); ++k) place[fitted_[k]] = std::uint32_t(k);
   for (std::size_t k = 0; k < fitted_.size(); ++k) {
     const std::size_t i = fitted_[k];
-    next_[i] = right_side(i, value_[i] + 0.5f * bend_[i] - 0.3f * deviation(bend_, k), 4 * kLeast);
+    std::array<std::uint32_t, 6> beside;
+    int count = 0;
+    for_neighbours(phi_.shape, i, [&](std::size_t n) {
+      if (!inside_[n]) return;
+      if (place[n] == kNone) place[n] = std::uint32_t(bending.add_still(phi_[n]));
+      beside[std::size_t(count++)] = place[n];
+    });
+    bending.set(k, phi_[i], own_[i] ? -kBand : 4 * kLeast, own_[i] ? -4 * kLeast : kBand);
+    bending.set_beside(k, beside, count);
   }
-  std::swap(value_, next_);
+  for (int k = 0; k < kFits; ++k) bending.step();
+  for (std::size_t k = 0; k < fitted_.size(); ++k) phi_[fitted_[k]] = bending[k];
 }
 
 // Each outside sample from its neighbours nearer to the target, weighted as the target's normal runs: constant along normals.
@@ -156,6 +142,7 @@ void Rebuild::continue_outside() {
     if (!known[i]) phi_[i] = kBand;
   }
   for (const auto& [g, c] : around_.shell) {
+    if (d[g] > around_.reach * float(phi_.shape.step)) break;   // the nearest come first
     if ((c.array() < first_.array()).any() || (c.array() >= end.array()).any()) continue;
     const std::size_t i = phi_.shape.index(c - first_);
     const float here = d[g];

@@ -19,6 +19,7 @@ struct Surroundings {
   const std::vector<char>& inside;
   const std::vector<char>& doubtful;
   const std::vector<ShellSample>& shell;
+  float reach;   ///< steps outside the target
 };
 
 /// Values of before that agree in sign with the owner are kept, and near others the smoothest level set that respects every owner is fitted; outside the target it is continued.

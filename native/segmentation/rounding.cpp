@@ -186,7 +186,7 @@ void round_outside(Segmentation& segmentation, const Target& target, const Skele
   go_outside(segmentation, target, skeleton, surfaces, joints, beside_pinned(segmentation), threads);
 }
 
-void round_joints(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
+Found round_joints(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                   int threads) {
   const std::vector<char> held = beside_pinned(segmentation), bones = bones_of(joints, segmentation.phi.size());
   tbb::task_arena arena(arena_size(threads));
@@ -199,10 +199,11 @@ void round_joints(Segmentation& segmentation, const Target& target, const Skelet
         for (const JointTurn& turn : joint.turns) interface.round_off(turn);
       }
     });
-    surfaces.settle_tiling(segmentation, skeleton.core, bones, threads);
+    const bool last = pass + 1 == kPasses;   // before, nothing is read farther outside
+    surfaces.settle_tiling(segmentation, skeleton.core, bones, threads, last ? kAllOutside : kOutside);
     go_outside(segmentation, target, skeleton, surfaces, joints, held, threads);
   }
-  part_layers(segmentation, target, skeleton, surfaces, joints, threads);
+  return part_layers(segmentation, target, skeleton, surfaces, joints, threads);
 }
 
 }  // namespace transformables::segmentation_inner

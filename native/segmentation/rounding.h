@@ -17,7 +17,8 @@ namespace transformables::segmentation_inner {
 /// difference of their level sets must not rise. Each sample gets its value in the nearest such sequence (least largest change: isotonic regression),
 /// a constant where the range runs both ways. Pinned samples and cores stay. Both level sets change together, so the result is a tiling again.
 /// Each hinge of several is rounded with the others at their folded angles. The result does not depend on the number of threads.
-void round_joints(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
+/// @return as part_layers() (layers.h), which is the last that is done
+Found round_joints(Segmentation& segmentation, const Target& target, const Skeleton& skeleton, const Surfaces& surfaces, const std::vector<Joint>& joints,
                   int threads);
 
 /// The same just outside the target, as far as level sets are read there between samples: what `Surfaces::settle` continues along normals is not round.

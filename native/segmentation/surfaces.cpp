@@ -119,9 +119,9 @@ bool Surfaces::tile(Segmentation& segmentation, const std::vector<std::int16_t>&
   return any;
 }
 
-void Surfaces::settle_tiling(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char> bones, int threads) const {
+void Surfaces::settle_tiling(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char> bones, int threads, float reach) const {
   tile(segmentation, core, bones);
-  settle(segmentation, {}, threads, bones);
+  settle(segmentation, {}, threads, bones, reach);
 }
 
 void Surfaces::retile(Segmentation& segmentation, const std::vector<std::int16_t>& core, int threads) const {
@@ -135,9 +135,9 @@ void Surfaces::retile(Segmentation& segmentation, const std::vector<std::int16_t
   settle(segmentation, {}, threads);
 }
 
-void Surfaces::settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads, const std::vector<char>& which) const {
+void Surfaces::settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads, const std::vector<char>& which, float reach) const {
   const GridShape& shape = segmentation.shape;
-  const Surroundings around{target_, segmentation.owner, inside_, doubtful, shell_};
+  const Surroundings around{target_, segmentation.owner, inside_, doubtful, shell_, reach};
   const int bones = int(segmentation.phi.size());
   std::vector<Eigen::Vector3i> low(bones, shape.size), high(bones, Eigen::Vector3i::Constant(-1));
   for (std::size_t i : target_.inside) {

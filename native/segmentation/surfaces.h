@@ -15,6 +15,8 @@ struct ShellSample {
   Eigen::Vector3i cell;
 };
 
+inline constexpr float kAllOutside = 1e9f;   ///< steps
+
 /// What rebuilding level sets needs to know of the target; made once, used often.
 class Surfaces {
  public:
@@ -25,13 +27,14 @@ class Surfaces {
   /// along the target's normals, so that interfaces run on through its surface.
   /// @param doubtful  a flag for each sample whose values, though of the right sign, mean nothing; may be empty
   /// @param bones  flags of those whose level set or samples changed; empty: all
-  void settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads, const std::vector<char>& bones = {}) const;
+  /// @param reach  steps outside the target that level sets are continued to, but no farther than `shell()`
+  void settle(Segmentation& segmentation, const std::vector<char>& doubtful, int threads, const std::vector<char>& bones = {}, float reach = kAllOutside) const;
 
   /// Makes a tiling of owners again, and flags the bones that this changed besides those that are flagged; tells whether there were any.
   bool tile(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char>& bones) const;
 
   /// Owners that samples of some bones were handed to made a tiling again, and the level sets of those bones settled, with any that the tiling changed.
-  void settle_tiling(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char> bones, int threads) const;
+  void settle_tiling(Segmentation& segmentation, const std::vector<std::int16_t>& core, std::vector<char> bones, int threads, float reach = kAllOutside) const;
 
   /// Rounds off what is rough at the scale of single samples: a few steps of diffusion near each level set's zero, inside the
   /// target only; then owned samples go to the least level set, but for those of the core, which stay as they are.

@@ -1,3 +1,4 @@
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -30,7 +31,7 @@ constexpr int kPasses = 6;              // those after rounding mend what it cou
 
 struct Candidate {
   std::vector<std::int16_t> owner;
-  bool child_to_parent = true;
+  bool child_to_parent = true, exact = false;
   double radius = 0;          // 0: exact alternative
   double moved = 0, left = 0; // cubic target units
   double score = 0;
@@ -43,15 +44,16 @@ class Transfer {
       : result_(segmentation), target_(target), skeleton_(skeleton_of_edited(character, target, embedding, segmentation)), surfaces_(target),
         options_(options), touched_(character.bones.size(), 1), bones_(int(character.bones.size())), voxel_(std::pow(segmentation.shape.step, 3)) {}
 
-  void round_off(const std::vector<Joint>& joints) { round_joints(result_, target_, skeleton_, surfaces_, joints, options_.threads); }
-  void part(const std::vector<Joint>& joints) { part_layers(result_, target_, skeleton_, surfaces_, joints, options_.threads); }
+  void round_off(const std::vector<Joint>& joints) { known_ = round_joints(result_, target_, skeleton_, surfaces_, joints, options_.threads); }
+  void part(const std::vector<Joint>& joints) { known_ = part_layers(result_, target_, skeleton_, surfaces_, joints, options_.threads); }
 
   void round_outside_and_part(const std::vector<Joint>& joints) {
+    known_.clear();
     round_outside(result_, target_, skeleton_, surfaces_, joints, options_.threads);
     part(joints);
   }
 
-  double overlap(const Joint& joint) const { return collisions(result_, target_, joint, true).mean; }
+  double overlap(const Joint& joint) const { return found(joint).mean; }
 
   // Mends one joint when that is worth while; tells what was done. Only samples well inside the other part count as worth it.
   void mend(const Joint& joint, TransferResult& report) {
@@ -65,17 +67,18 @@ class Transfer {
 
   // The same for what rounding could not mend: what a transfer is worth shows when its parts are rounded, too.
   void mend_rounded(const Joint& joint, TransferResult& report) {
-    const Collisions found = collisions(result_, target_, joint, true);
-    if (found.mean <= kLeft * target_.volume) return;
-    for (Candidate& candidate : candidates(joint, found)) {
-      if (candidate.score >= kWorthAtLast * (found.mean - tolerance())) return;
+    const Collisions now = found(joint);
+    if (now.mean <= kLeft * target_.volume) return;
+    for (Candidate& candidate : candidates(joint, now)) {
+      if (candidate.score >= kWorthAtLast * (now.mean - tolerance())) return;
       const Candidate tried = candidate;
       const Segmentation before = result_;
       const std::vector<char> touched = touched_;
       take(joint, std::move(candidate));
       round_off({joint});
-      if (tried.moved < kWorthAtLast * (found.mean - overlap(joint))) return tell(tried, report);
+      if (tried.moved < kWorthAtLast * (now.mean - overlap(joint))) return tell(tried, report);
       result_ = before, touched_ = touched;
+      known_.clear();
     }
   }
 
@@ -85,6 +88,10 @@ class Transfer {
   Segmentation result() { return std::move(result_); }
 
  private:
+  Collisions found(const Joint& joint) const {
+    const auto known = known_.find(joint.child);
+    return known != known_.end() ? known->second : collisions(result_, target_, joint, true);
+  }
   double tolerance() const { return kNoCollision * target_.volume; }
   bool wanted(const Joint& joint, bool exact) const {
     if (exact) return joint.single && options_.method != TransferMethod::kCylinder;
@@ -106,6 +113,7 @@ class Transfer {
   Skeleton skeleton_;
   Surfaces surfaces_;
   const TransferOptions& options_;
+  Found known_;                 // between points, of the segmentation as it is
   std::vector<char> touched_;   // bones whose part was changed since the pass before
   int bones_;
   double voxel_;
@@ -138,7 +146,7 @@ std::vector<std::int16_t> Transfer::cylinder_transfer(const Joint& joint, bool c
 
 Candidate Transfer::make(const Joint& joint, const Collisions& found, bool child_to_parent, bool exact) const {
   Candidate c;
-  c.child_to_parent = child_to_parent;
+  c.child_to_parent = child_to_parent, c.exact = exact;
   c.radius = exact ? 0 : bisected_radius(joint, found);
   c.owner = exact ? exact_transfer(result_.owner, target_, skeleton_, joint, child_to_parent)
                   : cylinder_transfer(joint, child_to_parent, c.radius);
@@ -160,8 +168,9 @@ std::vector<Candidate> Transfer::candidates(const Joint& joint, const Collisions
     if (direction == (child_to_parent ? TransferDirection::kParentToChild : TransferDirection::kChildToParent)) continue;
     if (!result_.may_grow(child_to_parent ? joint.parent : joint.child)) continue;
     for (bool exact : {false, true})
-      if (wanted(joint, exact)) all.push_back(make(joint, found, child_to_parent, exact));
+      if (wanted(joint, exact)) all.emplace_back().child_to_parent = child_to_parent, all.back().exact = exact;
   }
+  tbb::parallel_for(std::size_t(0), all.size(), [&](std::size_t k) { all[k] = make(joint, found, all[k].child_to_parent, all[k].exact); });
   std::erase_if(all, [](const Candidate& c) { return c.moved == 0; });
   std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
   return all;
@@ -183,6 +192,7 @@ void Transfer::cut_cylinder(const Joint& joint, const Candidate& candidate) {
 }
 
 void Transfer::take(const Joint& joint, Candidate candidate) {
+  known_.clear();
   if (candidate.radius > 0) cut_cylinder(joint, candidate);
   const std::vector<std::int16_t> before = result_.owner;
   result_.owner = std::move(candidate.owner);

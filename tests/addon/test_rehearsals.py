@@ -96,6 +96,17 @@ def test_poses_that_lose_much_are_followed_by_a_second_search_elsewhere(native, 
     assert grids == searches * 3 * [40] + 2 * [64], "the two best of all are rehearsed well"
 
 
+@pytest.mark.parametrize("second, grids", [(0.08, [40, 40, 40, 64]), (0.07, [40, 40, 40, 64, 64])])
+def test_a_second_pose_is_rehearsed_well_only_when_it_did_not_lose_far_more_roughly(native, monkeypatch, second, grids):
+    def costly(made, segmentation, character, target, embedding, **more):
+        folding = made(segmentation, character, target, embedding, **more)
+        lost = {0.5: 0.04, 0.1: second, 0.2: 0.2}[embedding.angles[0]] if target.resolution < 64 else 0.05
+        folding.carving_after = lost * target.volume
+        return folding
+
+    assert grids_of_rehearsals(native, monkeypatch, fold=costly) == grids
+
+
 def test_a_pose_that_has_no_room_on_a_coarse_grid_is_rehearsed_on_the_fine_one(native, monkeypatch):
     def cramped(made, segmentation, character, target, embedding, **options):
         if target.resolution < 64 and embedding.angles[0] == 0.1:

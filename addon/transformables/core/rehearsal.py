@@ -6,6 +6,7 @@ from . import blocks
 from .options import LONGEST_SIDE
 
 GOOD_ENOUGH_PCT = 1.0      # of the target, carved: the next pose is not tried then
+HOPELESS = 1.5             # times what the best loses: a pose that lost more when it was rehearsed roughly is not tried
 POOR_PCT = 4.0             # when the best of the poses roughly loses more, the search is done once more, elsewhere
 APART = 10.0               # how much more the pairs' share counts that are to be kept apart
 ROUGHLY = {"rounds": 1, "expansions": 200, "round_off": False}   # how well the unfolding of each is searched, to tell them apart
@@ -35,15 +36,17 @@ class Rehearsals:
         self.grow, self.fold, self.make_target = grow, fold, make_target
 
     def best(self, found, more, rival, progress):
-        """The Rehearsal that loses least: of the two best of those found, or the first when it loses little, and of a rival, should there be one.
+        """The Rehearsal that loses least: of the two best of those found, or the first when it loses little or the second has no hope, and of a rival, should there be one.
         When all those found lose much, `more(progress)` gives others to choose from.
 
         Skeletons that stick out of the target, or through themselves, are the last resort, and poses that leave painted regions to other bones
         are not asked for what they lose.
         """
-        tries = [*self._two_best(found, more, _part(progress, 0.0, 1 / 3)), *([rival] if rival else [])]
+        tries = [*self._two_best(found, more, _part(progress, 0.0, 1 / 3)), *([(rival, None)] if rival else [])]
         best = None
-        for k, embedding in enumerate(tries):
+        for k, (embedding, roughly_pct) in enumerate(tries):
+            if best and roughly_pct is not None and roughly_pct > HOPELESS * best.loss_pct:
+                continue
             rehearsal = self._rehearsal(embedding, self.target, _part(progress, (1 + 2 * k / len(tries)) / 3, (1 + 2 * (k + 1) / len(tries)) / 3))
             if best is None or rehearsal.loss_pct < best.loss_pct:
                 best = rehearsal
@@ -57,10 +60,10 @@ class Rehearsals:
         return [embedding for embedding in sound if embedding.missed <= closest]
 
     def _two_best(self, found, more, progress):
-        """Of several poses the two that lose least when they are rehearsed roughly, on a coarse grid."""
+        """Of several poses the two that lose least when they are rehearsed roughly, on a coarse grid; and how much they lose then, in %."""
         worth = self._worth_trying(found)
         if len(worth) < 2:
-            return worth
+            return [(embedding, None) for embedding in worth]
         target = self._coarse_target(progress)
         rough = self._roughly(worth, target, _part(progress, 0.0, 0.3))
         if rough[0].loss_pct > POOR_PCT:
@@ -68,7 +71,7 @@ class Rehearsals:
             known = [rehearsal for rehearsal in rough if rehearsal.embedding in everything]
             new = [embedding for embedding in everything if embedding not in found]
             rough = sorted([*known, *self._roughly(new, target, _part(progress, 0.7, 1.0))], key=lambda rehearsal: rehearsal.loss_pct)
-        return [rehearsal.embedding for rehearsal in rough[:2]]
+        return [(rehearsal.embedding, rehearsal.loss_pct) for rehearsal in rough[:2]]
 
     def _roughly(self, embeddings, target, progress):
         rough = [self._rough_rehearsal(embedding, target, _part(progress, k / len(embeddings), (k + 1) / len(embeddings)))
