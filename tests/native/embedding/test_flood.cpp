@@ -98,5 +98,25 @@ TEST(Flood, AThinBoneStillHasVoxels) {
   EXPECT_NE(std::find(labels.begin(), labels.end(), 1), labels.end());
 }
 
+// Behind a bent joint both bones are equally near, and the bisector alone parts them: how the grid happens to lie about the joint must not turn it.
+TEST(Flood, PartsABentLimbAlikeHoweverTheGridLies) {
+  const Target target = box_target({0.2, 0.25, 0.2}, 64);
+  const Character character = chain(4, 0.12, 0.006, {0, -2, 2});
+  Pose pose = pose_at(character, {0.01, -0.12, -0.02});
+  pose.angles << 1.1, -1.7, 1.4;
+  constexpr int kGrids = 16;
+  double mean = 0, square = 0;
+  for (int k = 0; k < kGrids; ++k) {
+    Vector3d shift = k * Vector3d(0.8191725134, 0.6710436067, 0.5497004779);
+    shift = shift.array() - shift.array().floor();
+    Evaluator evaluator(character, target, std::make_shared<const Voxels>(target, 0.02, shift, Voxels::kAlways), {});
+    const double skin = evaluator(pose, unscaled(character)).terms.skin;
+    mean += skin / kGrids;
+    square += skin * skin / kGrids;
+  }
+  EXPECT_GT(mean, 0);
+  EXPECT_LT(std::sqrt(square - mean * mean), 0.05 * mean) << mean;
+}
+
 }  // namespace
 }  // namespace transformables
