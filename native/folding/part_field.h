@@ -75,7 +75,12 @@ class PartField {
     float out2, aside2;    ///< squared distances from the box, and from that of the part's samples
   };
   Place place_of(float x, float y, float z) const;
-  void read(const int (&index)[8], const Floats& u, const Floats& v, const Floats& w, Floats& value) const;
+  struct Placed {          ///< eight of them
+    int index[8];
+    float u[8], v[8], w[8], out2[8], aside2[8];
+  };
+  void place_eight(const EightPlaces& centres, const Rigid& motion, Placed& placed) const;
+  void read(const Placed& placed, Floats& value) const;
   static float inner(const Place& place, float c0, float c1, float c2, float c3, float c4, float c5, float c6, float c7);
   static float outside(const Place& place, float inner);
 
@@ -117,8 +122,22 @@ inline float PartField::at(const Eigen::Vector3f& p) const {
   return place.out2 > 0 ? outside(place, value) : value;
 }
 
+/// A loop without branches, which the compiler makes into few instructions for all eight.
+EIGHT_INLINE void PartField::place_eight(const EightPlaces& centres, const Rigid& motion, Placed& placed) const {
+  const float* t = motion.turn.data();  // column by column
+  const float sx = motion.shift.x(), sy = motion.shift.y(), sz = motion.shift.z();
+  for (int n = 0; n < 8; ++n) {
+    const float x = centres.x[n], y = centres.y[n], z = centres.z[n];
+    const Place place = place_of(t[0] * x + t[3] * y + t[6] * z + sx, t[1] * x + t[4] * y + t[7] * z + sy, t[2] * x + t[5] * y + t[8] * z + sz);
+    placed.index[n] = place.index, placed.u[n] = place.u, placed.v[n] = place.v, placed.w[n] = place.w, placed.out2[n] = place.out2, placed.aside2[n] = place.aside2;
+  }
+}
+
 /// The trilinear values at eight places, as inner() has them.
-EIGHT_INLINE void PartField::read(const int (&index)[8], const Floats& u, const Floats& v, const Floats& w, Floats& value) const {
+EIGHT_INLINE void PartField::read(const Placed& placed, Floats& value) const {
+  EIGHT_LOAD(Floats, u, placed.u);
+  EIGHT_LOAD(Floats, v, placed.v);
+  EIGHT_LOAD(Floats, w, placed.w);
   const int dy = size_.x(), dz = dy * size_.y(), row[4] = {0, dy, dz, dz + dy};
   Floats along[4];
   // Neighbours along x are loaded together, and sorted into the lower and the upper ones.
@@ -126,7 +145,7 @@ EIGHT_INLINE void PartField::read(const int (&index)[8], const Floats& u, const 
     const float* const first = values_.data() + row[r];
     const auto pair = [&](int n) EIGHT_INLINED {
       double both;
-      std::memcpy(&both, first + index[n], sizeof both);
+      std::memcpy(&both, first + placed.index[n], sizeof both);
       return both;
     };
     const Floats a = Floats(Four{pair(0), pair(1), pair(4), pair(5)}), b = Floats(Four{pair(2), pair(3), pair(6), pair(7)});
@@ -139,28 +158,17 @@ EIGHT_INLINE void PartField::read(const int (&index)[8], const Floats& u, const 
 
 // Bounds are those of outside(), without their roots.
 EIGHT_INLINE PartField::Depths PartField::depths(const EightPlaces& centres, const float* radius, const Rigid& motion, float tolerance) const {
-  const float* t = motion.turn.data();  // column by column
-  const float sx = motion.shift.x(), sy = motion.shift.y(), sz = motion.shift.z();
-  int index[8];
-  float us[8], vs[8], ws[8], outs[8], asides[8];
-  // A loop without branches, which the compiler makes into few instructions for all eight.
-  for (int n = 0; n < 8; ++n) {
-    const float x = centres.x[n], y = centres.y[n], z = centres.z[n];
-    const Place place = place_of(t[0] * x + t[3] * y + t[6] * z + sx, t[1] * x + t[4] * y + t[7] * z + sy, t[2] * x + t[5] * y + t[8] * z + sz);
-    index[n] = place.index, us[n] = place.u, vs[n] = place.v, ws[n] = place.w, outs[n] = place.out2, asides[n] = place.aside2;
-  }
+  Placed placed;
+  place_eight(centres, motion, placed);
   Floats radii = {}, value;
   if (radius) std::memcpy(&radii, radius, sizeof radii);
-  EIGHT_LOAD(Floats, out2, outs);
-  EIGHT_LOAD(Floats, aside2, asides);
+  EIGHT_LOAD(Floats, out2, placed.out2);
+  EIGHT_LOAD(Floats, aside2, placed.aside2);
   const Floats none = {}, apart = radii - tolerance, reach = apart > none ? apart : none;
   const Eight outside = out2 > none, away = outside & (aside2 >= (reach + 0.5f) * (reach + 0.5f));
   EIGHT_BITS_OF_EIGHT(all_away, away);
   if (radius && all_away == 0xff) return {};
-  EIGHT_LOAD(Floats, u, us);
-  EIGHT_LOAD(Floats, v, vs);
-  EIGHT_LOAD(Floats, w, ws);
-  read(index, u, v, w, value);
+  read(placed, value);
   const Eight within = ~outside & (value < -(radii + tolerance));
   const Eight clear = away | (outside & (out2 + value * value >= reach * reach)) | (~outside & (value >= apart));
   const Eight some = ~within & ~clear;
@@ -170,30 +178,19 @@ EIGHT_INLINE PartField::Depths PartField::depths(const EightPlaces& centres, con
 }
 
 EIGHT_INLINE PartField::Nearness PartField::nearness(const EightPlaces& centres, const float* radius, const float* aside, const Rigid& motion, float tolerance) const {
-  const float* t = motion.turn.data();  // column by column
-  const float sx = motion.shift.x(), sy = motion.shift.y(), sz = motion.shift.z();
-  int index[8];
-  float us[8], vs[8], ws[8], outs[8], asides[8];
-  for (int n = 0; n < 8; ++n) {
-    const float x = centres.x[n], y = centres.y[n], z = centres.z[n];
-    const Place place = place_of(t[0] * x + t[3] * y + t[6] * z + sx, t[1] * x + t[4] * y + t[7] * z + sy, t[2] * x + t[5] * y + t[8] * z + sz);
-    index[n] = place.index, us[n] = place.u, vs[n] = place.v, ws[n] = place.w, outs[n] = place.out2, asides[n] = place.aside2;
-  }
+  Placed placed;
+  place_eight(centres, motion, placed);
   Floats radii = {}, value;
   if (radius) std::memcpy(&radii, radius, sizeof radii);
   EIGHT_LOAD(Floats, add, aside);
-  EIGHT_LOAD(Floats, out2, outs);
-  EIGHT_LOAD(Floats, aside2, asides);
-  EIGHT_LOAD(Floats, u, us);
-  EIGHT_LOAD(Floats, v, vs);
-  EIGHT_LOAD(Floats, w, ws);
-  read(index, u, v, w, value);
+  EIGHT_LOAD(Floats, out2, placed.out2);
+  read(placed, value);
   const Floats none = {};
   const Eight outside = out2 > none;
   float squares[8], others[8], distances[8];
   const Floats square = out2 + value * value;
   std::memcpy(squares, &square, sizeof square);
-  for (int n = 0; n < 8; ++n) distances[n] = std::sqrt(squares[n]), others[n] = std::sqrt(asides[n]) - 0.5f;
+  for (int n = 0; n < 8; ++n) distances[n] = std::sqrt(squares[n]), others[n] = std::sqrt(placed.aside2[n]) - 0.5f;
   EIGHT_LOAD(Floats, round, distances);
   EIGHT_LOAD(Floats, other, others);
   const Floats beyond = round > other ? round : other;
